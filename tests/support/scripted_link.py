@@ -54,6 +54,7 @@ class ScriptedVehicle:
         self.listeners: list[Callable[[LinkFact], None]] = []
         self.looks = 0
         self.heartbeat_age_s = 0.1
+        self.mission_age_s = 0.0
         self.boot_ahead_s = 0.0
         self.station_age_s: float | None = None
         self.sent: list[str] = []
@@ -100,6 +101,7 @@ class ScriptedVehicle:
             boot_time_s=now_s + self.boot_ahead_s,
             position_age_s=0.01,
             heartbeat_age_s=self.heartbeat_age_s,
+            mission_age_s=None if self.truth.mission_seq is None else self.mission_age_s,
         )
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:

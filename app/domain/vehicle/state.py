@@ -249,6 +249,7 @@ class VehicleState:
     mission_total: int | None = None
     mission_state: MissionState = MissionState.UNKNOWN
     mission_id: int | None = None
+    mission_age_s: float | None = None
     rally_points_id: int | None = None
     vtol_state: VtolState | None = None
     boot_time_s: float | None = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -19,8 +18,7 @@ from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NOT_STARTED as UNSTARTED
 from app.domain.run.run import Run, RunState
-from app.domain.vehicle.facts import MissionCurrent
-from app.domain.vehicle.state import VehicleProfile
+from app.domain.vehicle.state import VehicleProfile, VehicleState
 from app.services.fleet import Fleet
 from app.services.runs.flight import AssembledFlight, FlightParts, assemble
 from app.services.runs.recorder import RunRecorder
@@ -29,6 +27,7 @@ log = structlog.get_logger(__name__)
 NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 POLL_S = 0.25
 ITEM_KNOWN_S = 3.0
+"""MISSION_CURRENT has a rate of 1 Hz."""
 
 
 class RunRecovery:
@@ -56,9 +55,8 @@ class RunRecovery:
         if run.state is RunState.STARTING and not link.state().armed:
             await self._give_up(run, ReasonCode.RESTART_DURING_START_DISARMED)
             return None
-        if run.is_new_here:
-            await self._until_item_known(link)
-        carried = replace(carried, run=taken_over(carried.run, carried.mission, link.state()))
+        state = await self._with_item_known(link) if run.is_new_here else link.state()
+        carried = replace(carried, run=taken_over(carried.run, carried.mission, state))
         facts = partial(self._fleet.facts, run.vehicle_id)
         made = assemble(carried.run, carried.plan, carried.mission, link, await facts(), facts, self._parts)
         if carried.run.taken_over != run.taken_over:
@@ -92,17 +90,18 @@ class RunRecovery:
             await asyncio.sleep(POLL_S)
         return None
 
-    async def _until_item_known(self, link: VehicleLink) -> None:
-        """MISSION_CURRENT may follow the first HEARTBEAT by a second, and without it each drop is in doubt."""
-        heard = asyncio.Event()
-        unsubscribe = link.subscribe(lambda fact: heard.set() if isinstance(fact, MissionCurrent) else None)
-        try:
-            if link.state().mission_seq is None:
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(ITEM_KNOWN_S):
-                        await heard.wait()
-        finally:
-            unsubscribe()
+    async def _with_item_known(self, link: VehicleLink) -> VehicleState:
+        """The state with the item of a MISSION_CURRENT that came since: an older one may be of before the drop, and
+        none comes with the HEARTBEAT of a vehicle that is heard again. If none comes, the item is unknown.
+        """
+        began_s = self._parts.clock.monotonic()
+        while True:
+            waited_s, state = self._parts.clock.monotonic() - began_s, link.state()
+            if state.mission_age_s is not None and state.mission_age_s <= waited_s:
+                return state
+            if waited_s >= ITEM_KNOWN_S:
+                return replace(state, mission_seq=None)
+            await asyncio.sleep(POLL_S)
 
     async def _carried(self, run: Run, plan: Plan, link: VehicleLink) -> OnboardMission | None:
         """What the vehicle carries: the run's mission, or the one that was on its way to it; None if another."""

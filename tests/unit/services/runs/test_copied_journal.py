@@ -12,7 +12,6 @@ from app.domain.errors import RunNotFollowedError
 from app.domain.mission import MissionItem, MissionType
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.run.run import RunState
-from app.domain.vehicle.facts import MissionCurrent
 from app.domain.vehicle.state import FlightMode, LandedState
 from tests.support.run_service import run_service
 
@@ -83,21 +82,26 @@ async def test_a_run_is_not_followed_anew_until_it_is_known_how_another_gateway_
         await service.until(lambda: service.run.is_over, "nobody else knows more of it")
 
 
-async def test_a_taken_over_run_waits_for_the_item_at_which_its_vehicle_is(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("known", "doubts"), [(None, 0), (1, 1)], ids=["nothing was heard", "it was before the drop"])
+async def test_a_taken_over_run_waits_until_its_vehicle_names_its_item(
+    monkeypatch: pytest.MonkeyPatch, known: int | None, doubts: int
+) -> None:
     async with run_service() as service:
         await service.create()
         await service.until_state(RunState.FLYING)
-        service.vehicle.put(landed=LandedState.IN_AIR)
-        at, download, is_read = service.vehicle.state().mission_seq, service.vehicle.download, asyncio.Event()
+        hold = min(service.mission.drops[0].hold_seqs)
+        download, is_read = service.vehicle.download, asyncio.Event()
 
         async def read(mission_type: MissionType) -> tuple[MissionItem, ...]:
             is_read.set()
             return await download(mission_type)
 
         monkeypatch.setattr(service.vehicle, "download", read)
-        service.vehicle.put(mission_seq=None)  # HEARTBEAT was heard, MISSION_CURRENT was not
+        service.vehicle.mission_age_s = 20.0
+        service.vehicle.put(landed=LandedState.IN_AIR, mission_seq=known)  # what was heard before the link was lost
         await service.runs.take_over(service.run, by="gw-1", of="gw-2")
         await is_read.wait()
-        service.vehicle.put(MissionCurrent(at or 0, FlightMode.MISSION, None), mission_seq=at)
+        service.vehicle.mission_age_s = 0.0
+        service.vehicle.put(mission_seq=hold - 1 if known is None else hold)
         await service.until(lambda: not service.run.is_new_here, "its vehicle is found")
-        assert [drop.attempts for drop in service.run.drops] == [0], "it is on its way to the drop: nothing is in doubt"
+        assert [drop.attempts for drop in service.run.drops] == [doubts]
