@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import ssl
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -236,8 +236,9 @@ class NatsBus:
         finally:
             subscribing.cancel()
             (subscription,) = await asyncio.gather(subscribing, return_exceptions=True)
-            if isinstance(subscription, Subscription) and self._client.is_connected:
-                await subscription.unsubscribe()
+            if isinstance(subscription, Subscription) and not self._client.is_closed:
+                with suppress(nats.errors.Error):  # also while NATS is away, or it would be subscribed again
+                    await subscription.unsubscribe()
 
     async def _subscribe(self, subject: str, take: Callable[[Msg], Awaitable[None]], queue: str) -> Subscription:
         await asyncio.shield(self._connecting)  # after it the client subscribes again by itself

@@ -68,6 +68,37 @@ async def test_nobody_there_is_told_at_once_and_a_lost_answer_as_unknown(nats: N
                 await bus.request("waydrop.y", b"", timeout_s=0.1)
 
 
+async def test_what_ended_while_nats_was_away_answers_nothing_when_it_is_back(nats: NatsServer) -> None:
+    async def echo(message: bytes) -> bytes:
+        return message
+
+    async with (
+        open_bus(settings(nats)) as bus,
+        open_bus(settings(nats)) as other,
+        other.answering("waydrop.stays", echo),
+        AsyncExitStack() as ends,
+    ):
+        await ends.enter_async_context(other.answering("waydrop.x", echo, in_queue_group=True))
+        await connected(bus)
+        await until(lambda: _asked(bus, "waydrop.x"), lambda reply: reply == b"you", "answered", SOON_S)
+        await asyncio.to_thread(nats.kill)
+        await until(lambda: _is_down(other), bool, "it knows that NATS is away", SOON_S)
+        await ends.aclose()
+        await asyncio.to_thread(nats.start)
+        await connected(bus)
+        await until(lambda: _asked(bus, "waydrop.stays"), lambda reply: reply == b"you", "it is back", SOON_S)
+        with pytest.raises(GatewayUnreachableError):
+            await bus.request("waydrop.x", b"you", timeout_s=SOON_S)
+
+
+async def _is_down(bus: Bus) -> bool:
+    try:
+        await bus.publish("waydrop.test", b"")
+    except BusDownError:
+        return True
+    return False
+
+
 @pytest.mark.parametrize(("in_queue_group", "times"), [(True, 1), (False, 2)])
 async def test_of_two_in_a_queue_group_one_carries_a_request_out(
     nats: NatsServer, *, in_queue_group: bool, times: int
