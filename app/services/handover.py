@@ -11,7 +11,7 @@ from typing import Final
 import structlog
 
 from app.domain.cluster.envelope import site_of
-from app.domain.cluster.lease import LEASE_TTL_S, Leaseholder
+from app.domain.cluster.lease import LEASE_TTL_S, RENEWED_EVERY_S, Leaseholder
 from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, Handover, LeftRun, LeftRunDocuments
 from app.domain.errors import NotFoundError, WaydropError
 from app.domain.ports.stores import EventStore, PlanStore, RunFilter, RunStore, StoredPlan
@@ -23,7 +23,9 @@ from app.services.runs import Runs
 
 log = structlog.get_logger(__name__)
 
-SILENT_S: Final = LEASE_TTL_S
+SILENT_S: Final = LEASE_TTL_S + RENEWED_EVERY_S
+"""Without NATS a gateway finds every RENEWED_EVERY_S that it is alone, and commands for LEASE_TTL_S after that, even if
+it stood still meanwhile."""
 FORWARDED_S: Final = LEASE_TTL_S + 3.0
 """HEARTBEATs come every second. If none came for so long before the lease was last seen held, they are not forwarded
 any more. It was written up to LEASE_TTL_S before that."""

@@ -62,7 +62,7 @@ def left(vehicle_id: str) -> LeftRun:
 async def test_it_was_heard_until_it_lost_its_lease_and_is_not_any_more() -> None:
     async with handover_of(1) as (here, handover):
         (vehicle,) = here.vehicles
-        for age_s, proves in ((None, False), (1.0, False), (6.0, True), (15.0, True), (19.0, False), (3600.0, False)):
+        for age_s, proves in ((None, False), (5.9, False), (6.0, True), (15.0, True), (19.0, False), (3600.0, False)):
             vehicle.station_age_s = age_s
             assert handover.is_silent(HOLDER, (), HELD_AGE_S) is proves, f"last heard {age_s} s ago"
 
