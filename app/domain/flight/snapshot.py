@@ -118,10 +118,10 @@ class ReleaseCommand:
 
 @dataclass(frozen=True, slots=True)
 class ResumeCommand:
-    """Move the mission on to `seq` now, if it still waits at one of `waiting_at`."""
+    """Move the mission on to `seq` now, if it certainly still waits at this drop."""
 
+    plan_item_id: str
     seq: int
-    waiting_at: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,13 +143,18 @@ class ContingencyCommand:
 DropCommand = ReleaseCommand | ResumeCommand | DivertCommand | ContingencyCommand
 
 
-def contingency_command(record: DropRecord, on_failure: str, state: VehicleState) -> ContingencyCommand | None:
+def is_order(commanded: RunAction | None) -> bool:
+    """Whether a person has told the vehicle to hold, return or land: no plan's contingency comes after that."""
+    return commanded in _MODE_OF
+
+
+def contingency_command(record: DropRecord, on_failure: str, seen: VehicleSnapshot) -> ContingencyCommand | None:
     """Return the contingency of a drop that ended otherwise than released; None if the mission continues.
 
-    Nothing is commanded if somebody else changed the mode or the link is lost.
+    Nothing is commanded if somebody changed the mode, or has commanded another one, or the link is lost.
     """
     failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
-    commandable = state.connected and state.mode is FlightMode.MISSION
+    commandable = seen.state.connected and seen.state.mode is FlightMode.MISSION and not is_order(seen.commanded)
     if not failed or not commandable or on_failure == "continue":
         return None
     return ContingencyCommand(on_failure, record.plan_item_id)

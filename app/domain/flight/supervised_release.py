@@ -268,10 +268,11 @@ class SupervisedRelease:
         if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
             # the contingency of a failure applies to the alternate then
             return (DivertCommand(self.record.plan_item_id, diverted.seq),)
-        if failure := contingency_command(self.record, self.on_failure, seen.state):
+        if failure := contingency_command(self.record, self.on_failure, seen):
             return (failure,)  # instead of moving on
         sends = [ReleaseCommand(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
-        return (*sends, *(ResumeCommand(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
+        resumes = [ResumeCommand(self.record.plan_item_id, e.seq) for e in effects if isinstance(e, Resume)]
+        return (*sends, *resumes)
 
     def _with_target(self, seen: VehicleSnapshot, effects: tuple[DropEffect, ...]) -> SupervisedRelease:
         """Return the target's position when a release was sent, or when the drop ended without one."""

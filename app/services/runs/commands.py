@@ -32,7 +32,7 @@ from app.domain.flight.inputs import (
     SetCurrentPending,
     TargetNotFollowed,
 )
-from app.domain.flight.snapshot import ContingencyCommand, DivertCommand, ReleaseCommand, ResumeCommand
+from app.domain.flight.snapshot import ContingencyCommand, DivertCommand, ReleaseCommand, ResumeCommand, is_order
 from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.mission import NAN
 from app.domain.plan.intercept import FollowingDrop, follower_at, moved
@@ -40,7 +40,6 @@ from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason
 from app.domain.run.run import RunAction
 from app.domain.vehicle.commands import CommandRequest
-from app.domain.vehicle.state import FlightMode
 from app.services.background import end_tasks
 from app.services.plans import Plans
 from app.services.runs.changing import ChangeRequest, MissionChanger
@@ -85,7 +84,7 @@ class FlightCommandSender:
                 case ReleaseCommand():
                     self._spawn(self._release(command, segment), f"release {command.plan_item_id} #{command.attempt}")
                 case ResumeCommand():
-                    self._spawn(self._resume_at(command.seq, command.waiting_at), f"resume at {command.seq}")
+                    self._spawn(self._resume_at(command, segment), f"resume at {command.seq}")
                 case DivertCommand():
                     self._spawn(self._divert(command, segment), f"to the alternate of {command.plan_item_id}")
                 case ContingencyCommand():
@@ -113,10 +112,13 @@ class FlightCommandSender:
     # a failed drop ------------------------------------------------------------------------------------------------
 
     async def _on_failure(self, command: ContingencyCommand) -> None:
-        """Carry out the contingency of a failed drop. If that fails too, the mission on board continues."""
+        """Carry out the contingency of a failed drop, unless a person was faster. If it fails, the mission goes on."""
+        run = self._monitor.run
+        if is_order(run.commanded):
+            return
         self._changer.break_off()
         returns = command.action == "return"
-        run, action = self._monitor.run, RunAction.CONTINGENCY if returns else RunAction.PAUSE
+        action = RunAction.CONTINGENCY if returns else RunAction.PAUSE
         name = RunCommandName.RETURN if returns else RunCommandName.HOLD
         self._monitor.feed(ContingencyBegun(self._monitor.observation(), action))
         self._recorder.record(RunCommand(command=name, failed_drop_id=command.plan_item_id))
@@ -185,8 +187,7 @@ class FlightCommandSender:
     # the mission's current item -----------------------------------------------------------------------------------
 
     async def _divert(self, command: DivertCommand, segment: int) -> None:
-        """Send the vehicle to the alternate, once that is stored, and only if it certainly waits until the last
-        attempt of the command: a later one would turn it back. If it fails, the bounded hold ends, and the drop at
+        """Send the vehicle to the alternate, once that is stored. If it fails, the bounded hold ends, and the drop at
         the alternate ends as one that was passed.
         """
         self._monitor.feed(DivertBegun(self._monitor.observation(), command.plan_item_id))
@@ -194,16 +195,20 @@ class FlightCommandSender:
             await self._recorder.flush()
         except StorageError:
             return
-        drop, snapshot = self._monitor.supervised(command.plan_item_id, segment), self._monitor.snapshot()
-        if drop is not None and still_waits(drop.machine, drop.observation(snapshot), drop.machine.terms.resume_s):
+        if self._still_waits(command.plan_item_id, segment):
             await self._set_current(command.seq, failed_drop_id=command.plan_item_id)
 
-    async def _resume_at(self, seq: int, waiting_at: tuple[int, ...]) -> None:
+    async def _resume_at(self, command: ResumeCommand, segment: int) -> None:
         """Advance the mission after a drop. If it fails, the bounded hold ends."""
-        snapshot = self._monitor.snapshot()
-        if snapshot.mode_for_drops is not FlightMode.MISSION or snapshot.state.mission_seq not in waiting_at:
-            return  # a person has it, or it moved on by itself: a late command would move it back
-        await self._set_current(seq)
+        if self._still_waits(command.plan_item_id, segment):
+            await self._set_current(command.seq)
+
+    def _still_waits(self, plan_item_id: str, segment: int) -> bool:
+        """Whether the vehicle certainly waits at the drop until a command's last attempt: a later one would turn it
+        back.
+        """
+        drop, snapshot = self._monitor.supervised(plan_item_id, segment), self._monitor.snapshot()
+        return drop is not None and still_waits(drop.machine, drop.observation(snapshot), drop.machine.terms.resume_s)
 
     async def _set_current(self, seq: int, *, failed_drop_id: str | None = None) -> None:
         name = RunCommandName.SET_CURRENT

@@ -16,7 +16,7 @@ from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, W
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import CommandFailed, CommandRequested, RunEnded, StateReached
-from app.domain.flight.modes import armed_by_others
+from app.domain.flight.modes import armed_by_others, taken_meanwhile
 from app.domain.flight.segment import segment_of
 from app.domain.items import Gripper
 from app.domain.mission import Mission
@@ -167,14 +167,22 @@ class RunFlight:
         await self.act(RunAction.PAUSE, lambda: hold_here(self._link))
 
     async def resume(self) -> None:
-        """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""
+        """Mission mode again, at the item where it was. Raises WrongStateError, VehicleTakenError, LinkError."""
         if self._monitor.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
         if self.changer.is_open:
             raise ChangeUnderWayError(
                 "a mission change is in progress", hint="wait until it is known which mission is on board"
             )
-        await self.act(RunAction.RESUME, self._link.start_mission)
+        mode = self._link.state().mode
+
+        async def fly_on() -> None:
+            now = self._link.state()  # another command was carried out first, or the disk was waited for
+            if not now.connected or now.mode not in (mode, FlightMode.HOLD):
+                raise taken_meanwhile(now.mode)
+            await self._link.start_mission()
+
+        await self.act(RunAction.RESUME, fly_on)
 
     async def return_to_launch(self) -> None:
         """Return. Raises WrongStateError, LinkError."""

@@ -8,17 +8,17 @@ from functools import partial
 
 import structlog
 
-from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
+from app.domain.errors import LinkError, NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events.run import RunChanged
 from app.domain.flight.inputs import Recovered
 from app.domain.flight.recovery import OnboardMission, changed_mission, ended_unseen, recorded_mission, taken_over
-from app.domain.mission import MissionItem, MissionType
+from app.domain.mission import MissionType
 from app.domain.plan import Plan
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NOT_STARTED as UNSTARTED
 from app.domain.run.run import Run, RunState
-from app.domain.vehicle.state import VehicleProfile, VehicleState
+from app.domain.vehicle.state import VehicleState
 from app.services.fleet import Fleet
 from app.services.runs.flight import AssembledFlight, FlightParts, assemble
 from app.services.runs.recorder import RunRecorder
@@ -26,6 +26,7 @@ from app.services.runs.recorder import RunRecorder
 log = structlog.get_logger(__name__)
 NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 POLL_S = 0.25
+AGAIN_S = 1.0
 ITEM_KNOWN_S = 3.0
 """MISSION_CURRENT has a rate of 1 Hz."""
 
@@ -37,8 +38,18 @@ class RunRecovery:
         self._fleet = fleet
         self._parts = parts
 
-    async def find(self, run: Run) -> AssembledFlight | None:
-        """The flight to go on with; None if the run had to be ended, with its reason recorded."""
+    async def found(self, run: Run) -> AssembledFlight | None:
+        """The flight to go on with; None if the run had to be ended, with its reason recorded. What passes, such as a
+        disk that fails or a quarantine, is waited for: the vehicle may fly.
+        """
+        while True:
+            try:
+                return await self._find(run)
+            except (LinkError, StorageError, VehicleQuarantinedError) as error:
+                log.warning("a run cannot be followed yet", run_id=run.id, error=error.detail)
+                await asyncio.sleep(AGAIN_S)
+
+    async def _find(self, run: Run) -> AssembledFlight | None:
         await self._fleet.until_may_follow(run.id, POLL_S)  # another gateway may have the site, or have had it
         if run.is_new_here and run.state in UNSTARTED:
             await self._give_up(run, ReasonCode.TAKEN_OVER_BEFORE_START)
@@ -105,7 +116,7 @@ class RunRecovery:
 
     async def _carried(self, run: Run, plan: Plan, link: VehicleLink) -> OnboardMission | None:
         """What the vehicle carries: the run's mission, or the one that was on its way to it; None if another."""
-        facts, on_board = await self._read(run.vehicle_id, link)
+        facts, on_board = await self._fleet.facts(run.vehicle_id), await link.download(MissionType.MISSION)
         mission_id = link.state().mission_id
         is_news = run.changing is not None and run.changing.mission_id != run.mission_id
         if is_news and run.changing is not None and (changed := await self._plan(run.changing.plan_id)) is not None:
@@ -113,18 +124,6 @@ class RunRecovery:
             if carried is not None:
                 return carried
         return recorded_mission(run, plan, facts, on_board, mission_id)
-
-    async def _read(self, vehicle_id: str, link: VehicleLink) -> tuple[VehicleProfile, tuple[MissionItem, ...]]:
-        """Raises LinkError if the vehicle does not answer for too long."""
-        deadline_s = self._parts.clock.monotonic() + self._parts.settings.lost_after_s
-        while True:
-            try:
-                return await self._fleet.facts(vehicle_id), await link.download(MissionType.MISSION)
-            except LinkError as error:
-                if self._parts.clock.monotonic() >= deadline_s:
-                    raise
-                log.warning("the vehicle's mission cannot be read", error=error.detail)
-                await asyncio.sleep(1.0)
 
     async def _give_up(self, run: Run, code: ReasonCode = ReasonCode.NOT_SEEN_AFTER_RESTART) -> None:
         """End a run that cannot be followed. What was commanded and not answered stays unknown."""

@@ -302,7 +302,7 @@ class Runs:
         return vehicle.run_id
 
     async def _recover(self, run: Run) -> None:
-        made = await RunRecovery(self._fleet, self._parts).find(run)
+        made = await RunRecovery(self._fleet, self._parts).found(run)
         if made is None:
             return
         self._flights[run.id] = made.flight

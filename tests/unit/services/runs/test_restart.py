@@ -8,7 +8,10 @@ from dataclasses import replace
 import pytest
 
 from app.domain.drop.record import DropOutcome
-from app.domain.errors import LinkTimeoutError, WrongStateError
+from app.domain.errors import LinkTimeoutError, StorageError, VehicleQuarantinedError, WaydropError, WrongStateError
+from app.domain.events.event import NewEvent
+from app.domain.events.run import RunChanged
+from app.domain.mission import MissionItem, MissionType
 from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.facts import ItemReached
@@ -191,3 +194,42 @@ async def test_a_mission_that_would_be_another_now_is_not_started_also_after_a_r
             lambda: "would change the mission" in describe(service.run.reason), "the start must be refused"
         )
         assert "arm" not in service.vehicle.sent
+
+
+@pytest.mark.parametrize("error", [LinkTimeoutError("no answer"), VehicleQuarantinedError("two vehicles")])
+async def test_after_a_restart_a_run_is_followed_as_soon_as_its_mission_can_be_read(
+    error: WaydropError, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        download, failures = service.vehicle.download, [error, error]
+
+        async def read(mission_type: MissionType) -> tuple[MissionItem, ...]:
+            if failures:
+                raise failures.pop()
+            return await download(mission_type)
+
+        monkeypatch.setattr(service.vehicle, "download", read)
+        monkeypatch.setattr("app.services.runs.recovery.AGAIN_S", 0.01)
+        await restarted(service)
+        await service.until(lambda: service.runs.flight(service.run_id) is not None, "it is followed")
+        await land(service)
+
+
+async def test_the_end_of_a_run_that_cannot_be_followed_waits_for_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        service.vehicle.on_board = service.vehicle.on_board[:-1]
+        failing = [StorageError("disk full")] * 3
+
+        def refuse(event: NewEvent) -> WaydropError | None:
+            is_the_run = isinstance(event.data, RunChanged) and event.data.root.state is RunState.FAILED
+            return failing.pop() if failing and is_the_run else None
+
+        monkeypatch.setattr("app.services.runs.recovery.AGAIN_S", 0.01)
+        service.events.refuse = refuse
+        await restarted(service)
+        await service.until_state(RunState.FAILED)
+        assert failing == []
