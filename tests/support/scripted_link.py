@@ -66,14 +66,10 @@ class ScriptedVehicle:
         self.orders: list[CommandRequest] = []
         self.order_answers: list[MavResult | WaydropError] = []
         self.on_order: Callable[[], None] = lambda: None
-        self.order_gate = asyncio.Event()
-        self.order_gate.set()
         self.on_board: tuple[MissionItem, ...] = ()
         self.upload_error: LinkError | None = None
         self.infeasible = 0
         self.lost_ack: LinkError | None = None
-        self.upload_gate = asyncio.Event()
-        self.upload_gate.set()
         self.waits_at_gate = False
         self.upload_closed = False
         self.arm_refusals = 0
@@ -83,7 +79,8 @@ class ScriptedVehicle:
         self.disarm_error: LinkError | None = None
         self.says_armed = True
         self.start_gate, self.hold_gate, self.return_gate = asyncio.Event(), asyncio.Event(), asyncio.Event()
-        for gate in (self.start_gate, self.hold_gate, self.return_gate):
+        self.order_gate, self.upload_gate = asyncio.Event(), asyncio.Event()
+        for gate in (self.start_gate, self.hold_gate, self.return_gate, self.order_gate, self.upload_gate):
             gate.set()
 
     def put(self, *facts: LinkFact, **changes: object) -> None:
