@@ -109,7 +109,7 @@ def _time(seconds: float | None) -> str | None:
 
 
 _PAGED = ("Link", "Content-Disposition")
-_ACTION_ERRORS = (*STORED, *VEHICLE, "state.conflict", "run.wrong_state", "run.not_followed")
+_ACTION_ERRORS = (*STORED, *VEHICLE, "state.conflict", "run.wrong_state", "run.not_followed", "vehicle.taken")
 
 
 @ROUTES.route(
@@ -173,7 +173,7 @@ async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
     "/runs/{run_id}/start",
     Role.DISPATCHER,
     ACCEPTED,
-    errors=(*_ACTION_ERRORS, *NEW_WORK, "plan.rejected", "vehicle.taken"),
+    errors=(*_ACTION_ERRORS, *NEW_WORK, "plan.rejected"),
 )
 async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
     """Start a run: arm and fly the uploaded mission."""

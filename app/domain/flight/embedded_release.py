@@ -90,7 +90,7 @@ class EmbeddedRelease:
         if drop.finish is None:
             return after, ()
         after = after._finished(seen, drop.finish, has_gripper=has_gripper)
-        failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, seen)
+        failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, state)
         return after, (failure,) if failure else ()
 
     def left_unseen(self, *, was_away: bool) -> EmbeddedRelease:

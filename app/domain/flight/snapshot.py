@@ -144,17 +144,17 @@ DropCommand = ReleaseCommand | ResumeCommand | DivertCommand | ContingencyComman
 
 
 def is_order(commanded: RunAction | None) -> bool:
-    """Whether a person has told the vehicle to hold, return or land: no plan's contingency comes after that."""
+    """Whether the vehicle has been told to hold, return or land."""
     return commanded in _MODE_OF
 
 
-def contingency_command(record: DropRecord, on_failure: str, seen: VehicleSnapshot) -> ContingencyCommand | None:
+def contingency_command(record: DropRecord, on_failure: str, state: VehicleState) -> ContingencyCommand | None:
     """Return the contingency of a drop that ended otherwise than released; None if the mission continues.
 
-    Nothing is commanded if somebody changed the mode, or has commanded another one, or the link is lost.
+    Nothing is commanded if somebody else changed the mode or the link is lost.
     """
     failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
-    commandable = seen.state.connected and seen.state.mode is FlightMode.MISSION and not is_order(seen.commanded)
+    commandable = state.connected and state.mode is FlightMode.MISSION
     if not failed or not commandable or on_failure == "continue":
         return None
     return ContingencyCommand(on_failure, record.plan_item_id)

@@ -268,7 +268,7 @@ class SupervisedRelease:
         if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
             # the contingency of a failure applies to the alternate then
             return (DivertCommand(self.record.plan_item_id, diverted.seq),)
-        if failure := contingency_command(self.record, self.on_failure, seen):
+        if failure := contingency_command(self.record, self.on_failure, seen.state):
             return (failure,)  # instead of moving on
         sends = [ReleaseCommand(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
         resumes = [ResumeCommand(self.record.plan_item_id, e.seq) for e in effects if isinstance(e, Resume)]

@@ -40,6 +40,7 @@ from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason
 from app.domain.run.run import RunAction
 from app.domain.vehicle.commands import CommandRequest
+from app.domain.vehicle.state import FlightMode
 from app.services.background import end_tasks
 from app.services.plans import Plans
 from app.services.runs.changing import ChangeRequest, MissionChanger
@@ -113,9 +114,9 @@ class FlightCommandSender:
 
     async def _on_failure(self, command: ContingencyCommand) -> None:
         """Carry out the contingency of a failed drop, unless a person was faster. If it fails, the mission goes on."""
-        run = self._monitor.run
-        if is_order(run.commanded):
+        if is_order(self._monitor.run.commanded) and not await self._is_ordered_in_vain():
             return
+        run = self._monitor.run
         self._changer.break_off()
         returns = command.action == "return"
         action = RunAction.CONTINGENCY if returns else RunAction.PAUSE
@@ -130,6 +131,15 @@ class FlightCommandSender:
             ack = RunAck(command=name, outcome=CommandOutcome.FAILED, detail=error.detail)
             self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
         self._recorder.record(ack)
+
+    async def _is_ordered_in_vain(self) -> bool:
+        """Wait until the vehicle obeys what it was told; False: it does, or it is not heard any more."""
+        while is_order(self._monitor.run.commanded):
+            state = self._link.state()
+            if not state.connected or state.mode is not FlightMode.MISSION:
+                return False
+            await asyncio.sleep(self._settings.poll_every_s)
+        return self._link.state().mode is FlightMode.MISSION
 
     # releases -----------------------------------------------------------------------------------------------------
 

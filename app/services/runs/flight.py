@@ -12,7 +12,7 @@ from typing import Final
 import structlog
 
 from app.domain.airspace.rally import RallyDestination
-from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
+from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError, WaydropError, WrongStateError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import CommandFailed, CommandRequested, RunEnded, StateReached
@@ -178,7 +178,11 @@ class RunFlight:
 
         async def fly_on() -> None:
             now = self._link.state()  # another command was carried out first, or the disk was waited for
-            if not now.connected or now.mode not in (mode, FlightMode.HOLD):
+            if not now.connected:
+                raise LinkTimeoutError(
+                    "the vehicle is not heard: nothing was sent", hint="resume when it is heard again"
+                )
+            if now.mode not in (mode, FlightMode.HOLD, FlightMode.MISSION):
                 raise taken_meanwhile(now.mode)
             await self._link.start_mission()
 
@@ -227,7 +231,7 @@ class RunFlight:
             if await self._step(start, RunState.FAILED if by_creation else RunState.UPLOADED):
                 if self._monitor.run.state is RunState.STARTING:
                     self._reach(RunState.FLYING)
-                if self._abort_asked.is_set() and self._preparation.is_in_start_mode:
+                if self._abort_asked.is_set() and self._preparation.is_not_taken:
                     await self._bring_back()  # the abort was requested as the start ended, and must not be lost
                 return True
             if self._monitor.run.is_over:

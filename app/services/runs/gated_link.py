@@ -15,7 +15,7 @@ from app.domain.vehicle.commands import CommandAck, CommandRequest
 
 class GatedLink:
     """A VehicleLink. Asked right before each command, and in each step of a transfer: between two of them the process
-    may have stood still, and another gateway has the vehicle. Hold, return and land are always sent.
+    may have stood still, and another gateway has the vehicle. Hold, return, land and disarm are always sent.
     """
 
     def __init__(self, link: VehicleLink, may_command: Callable[[], bool]) -> None:
@@ -32,10 +32,6 @@ class GatedLink:
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         self._require_command()
         await self._link.arm(leaves)
-
-    async def disarm(self) -> None:
-        self._require_command()
-        await self._link.disarm()
 
     async def start_mission(self) -> None:
         self._require_command()

@@ -141,17 +141,18 @@ class Preparation:
             await self._record_command(RunCommand(command=RunCommandName.START_MISSION))
             await self._link.start_mission()
         except (WaydropError, asyncio.CancelledError) as error:
-            if self.may_fly and self.is_in_start_mode and not isinstance(error, VehicleTakenError):
+            if self.may_fly and self.is_not_taken and not isinstance(error, VehicleTakenError):
                 await self._disarm()
             raise
         await self._record_outcome(RunCommandName.START_MISSION)
 
     @property
-    def is_in_start_mode(self) -> bool:
-        """Whether the vehicle is in a mode of its start. In any other, somebody else has it, and PX4 would obey a
-        disarming as long as it stands, a rover's also while it drives.
+    def is_not_taken(self) -> bool:
+        """Whether the vehicle is in a mode of its start, or of a failsafe. In any other, somebody else has it, and PX4
+        would obey a disarming as long as it stands, a rover's also while it drives.
         """
-        return self._link.state().mode in _OF_A_START
+        state = self._link.state()
+        return state.mode in _OF_A_START or state.in_failsafe
 
     async def _refuse_changed(self) -> None:
         """Check again if a parameter changed or the last check is old."""

@@ -94,8 +94,10 @@ class RunRecovery:
         while self._parts.clock.monotonic() < deadline_s:
             try:
                 link = self._fleet.link(run.vehicle_id)
-            except (NotFoundError, VehicleQuarantinedError):
+            except NotFoundError:
                 link = None
+            except VehicleQuarantinedError:  # it is heard, though not alone
+                link, deadline_s = None, self._parts.clock.monotonic() + self._parts.settings.lost_after_s
             if link is not None and _is_known(link):
                 return link
             await asyncio.sleep(POLL_S)

@@ -14578,7 +14578,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `cluster.site_taken`: Another gateway has this site; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `cluster.site_taken`: Another gateway has this site */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14746,7 +14746,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14914,7 +14914,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15082,7 +15082,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15250,7 +15250,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `run.divert_refused`: Divert not possible */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `run.divert_refused`: Divert not possible */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15418,7 +15418,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15586,7 +15586,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;

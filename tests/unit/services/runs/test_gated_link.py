@@ -31,7 +31,6 @@ class Gate:
     "call",
     [
         lambda link: link.arm(),
-        lambda link: link.disarm(),
         lambda link: link.start_mission(),
         lambda link: link.set_current(1),
         lambda link: anext(link.upload(MISSION)),
@@ -39,7 +38,7 @@ class Gate:
         lambda link: anext(link.command(CommandRequest(MavCmd.DO_GRIPPER, (0.0,) * 7))),
         lambda link: anext(link.command(replace(CIRCLE_HERE, place=(474000000, 85000000)))),
     ],
-    ids=["arm", "disarm", "start_mission", "set_current", "upload", "replace_mission", "command", "reposition"],
+    ids=["arm", "start_mission", "set_current", "upload", "replace_mission", "command", "reposition"],
 )
 async def test_what_flies_the_mission_is_not_sent_while_another_gateway_may_command(call: Callable[[Any], Any]) -> None:
     vehicle, gate = ScriptedVehicle(), Gate()

@@ -8,7 +8,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 import pytest
 
 from app.domain.drop.record import DropOutcome
-from app.domain.errors import VehicleTakenError
+from app.domain.errors import VehicleRefusedError, VehicleTakenError
 from app.domain.flight.snapshot import ContingencyCommand
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import CommandAck, CommandRequest
@@ -57,6 +57,32 @@ async def test_the_plans_answer_does_not_come_after_what_a_person_has_commanded(
         await order
         assert service.newest.commanded == commanded
         assert len(service.vehicle.sent) == len(before) + 1, "nothing but the person's command"
+
+
+async def test_the_plans_answer_comes_once_the_vehicle_has_refused_a_person(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def refused() -> None:
+        raise VehicleRefusedError("denied")
+
+    async with run_service() as service:
+        await fly(service)
+        slow = SlowCommand(refused)
+        monkeypatch.setattr(service.vehicle, "land", slow)
+        order = asyncio.create_task(service.runs.land(service.run_id))
+        await slow.is_sent.wait()
+        service.flight.sender.carry_out([ContingencyCommand("return", "drop")])
+        await asyncio.sleep(0)
+        slow.may_be_answered.set()
+        with pytest.raises(VehicleRefusedError):
+            await order
+        await service.until(lambda: service.vehicle.sent[-1] == "return", "the plan's answer is not forgotten")
+
+
+async def test_a_second_resume_finds_the_mission_flown() -> None:
+    async with run_service() as service:
+        await paused(service)
+        resumed = await asyncio.gather(*[service.runs.resume(service.run_id) for _ in range(2)])
+        assert {run.state for run in resumed} <= {RunState.PAUSED, RunState.FLYING}
+        await service.until_state(RunState.FLYING)
 
 
 async def test_a_flight_is_not_resumed_after_a_return_that_was_commanded_first(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -152,6 +152,18 @@ async def test_a_vehicle_that_is_taken_as_it_starts_is_not_disarmed(error: Waydr
         assert service.vehicle.sent[-1] == "start"
 
 
+async def test_a_failsafe_on_the_ground_takes_no_vehicle() -> None:
+    async with run_service() as service:
+        service.vehicle.start_error = LinkTimeoutError("no ack of the start")
+        service.vehicle.start_gate.clear()
+        await service.create()
+        await service.until(lambda: "start" in service.vehicle.sent, "the start must be sent")
+        service.vehicle.put(mode=FlightMode.RETURN, in_failsafe=True)
+        service.vehicle.start_gate.set()
+        await service.until_state(RunState.FAILED)
+        assert service.vehicle.sent[-1] == "disarm"
+
+
 async def test_an_abort_of_a_start_leaves_a_pilot_the_vehicle() -> None:
     async with run_service() as service:
         service.vehicle.start_gate.clear()
