@@ -24,9 +24,9 @@ CROWDS = ("tests/e2e/test_drop_failures.py", "tests/e2e/test_every_plan.py")
 SLOW = ("tests/browser", "tests/e2e", "tests/contract")
 """Folders whose tests mostly wait, for flights and links."""
 
-SLOW_AT_ONCE = 3
+SLOW_AT_ONCE = 2
 """With four at a time and five workers, browsers and vehicles took all of two cores, and tests waited in vain. The
-fourth worker has the quick ones, which use what the others leave.
+third worker has the quick ones, which use what the others leave.
 """
 
 
