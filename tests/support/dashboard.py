@@ -23,6 +23,9 @@ Scheme = Literal["dark", "light"]
 TAP = """button => ['pointerdown', 'pointerup'].forEach(
   kind => button.dispatchEvent(new PointerEvent(kind, { bubbles: true, isPrimary: true, pointerId: 1 })))"""
 
+ALL_SEQS = """feed => feed.querySelector('.more') ? null
+  : [...feed.querySelectorAll('.event')].map(row => Number(row.dataset.seq))"""
+
 SOFTWARE_GL = "GPU stall due to ReadPixels"
 """What Chromium says when a canvas is copied without a graphics card; no fault of the page."""
 SERVICE_LOST = ("WebSocket connection", "Failed to load resource: net::ERR_")
@@ -155,10 +158,11 @@ class Dashboard:
     async def feed_seqs(self) -> list[int]:
         """The numbers of all events in the feed, newest first. The feed goes on showing all of them."""
         await self.filter_events("All events")
-        older = self.button("Show older events")
-        while await older.is_visible():
-            await older.click()
-        return await self.shown_seqs()
+        while True:  # rows and button are read at once: an event that comes between them would hide the oldest row
+            seqs: list[int] | None = await self.page.locator(".feed").evaluate(ALL_SEQS)
+            if seqs is not None:
+                return seqs
+            await self.button("Show older events").click()
 
     async def shown_seqs(self) -> list[int]:
         """The numbers of the events that the feed shows now."""
