@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager, suppress
 from typing import Any, Final, TypeAlias
 
 import asyncpg
@@ -20,7 +21,11 @@ AsyncWork: TypeAlias = Callable[[AsyncConnection], Awaitable[T]]
 
 CONNECTIONS: Final = 8
 CONNECT_TIMEOUT_S: Final = 5.0
+CHECKOUT_TIMEOUT_S: Final = 10.0
+"""Until a connection of the pool is free and has answered, or is made anew."""
 COMMAND_TIMEOUT_S: Final = 30.0
+CLOSE_TIMEOUT_S: Final = 1.0
+"""Of a connection that is closed: a server that has not taken leave by then has lost it."""
 _KEEPALIVES: Final = {"tcp_keepalives_idle": "2", "tcp_keepalives_interval": "1", "tcp_keepalives_count": "3"}
 """A machine that is gone loses its locks after 5 s."""
 
@@ -39,7 +44,7 @@ def postgres_errors() -> Iterator[None]:
     except StatementError as error:
         raise StorageError(f"PostgreSQL: {error.orig}", hint=_HINT) from error
     except _DRIVER_ERRORS as error:
-        raise StorageError(f"PostgreSQL: {error or type(error).__name__}", hint=_HINT) from error
+        raise StorageError(f"PostgreSQL: {str(error) or type(error).__name__}", hint=_HINT) from error
 
 
 class CommitLostError(StorageError):
@@ -75,31 +80,52 @@ class PostgresDatabase:
 
     async def transact(self, work: AsyncWork[T]) -> T:
         """As `write`, for work that awaits and uses the driver, too. Raises CommitLostError: it may be stored."""
-        with postgres_errors():
-            async with self._pooled.connect() as connection:
-                await connection.begin()
-                result = await work(connection)
-                with _commit_errors():
-                    await connection.commit()
-                return result
+        async with self._of_the_pool() as connection:
+            await connection.begin()
+            result = await work(connection)
+            with _commit_errors():
+                await connection.commit()
+            return result
 
     async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
+        async with self._of_the_pool() as connection:
+            rows: Sequence[sa.RowMapping] = (await connection.execute(query)).mappings().all()
+            return rows
+
+    @asynccontextmanager
+    async def _of_the_pool(self) -> AsyncIterator[AsyncConnection]:
         with postgres_errors():
-            async with self._pooled.connect() as connection:
-                rows: Sequence[sa.RowMapping] = (await connection.execute(query)).mappings().all()
-                return rows
+            async with AsyncExitStack() as checkin:
+                async with asyncio.timeout(CHECKOUT_TIMEOUT_S):  # one that does not answer leaves the pool
+                    connection = await checkin.enter_async_context(self._pooled.connect())
+                try:
+                    yield connection
+                except TimeoutError:  # a rollback would wait as long again
+                    await connection.invalidate()
+                    raise
 
     @asynccontextmanager
     async def session(self) -> AsyncIterator[AsyncConnection]:
         """A connection of its own: locks and LISTEN last as long as it. Raises StorageError."""
         with postgres_errors():
             async with self._single.connect() as connection:
-                yield connection
+                try:
+                    yield connection
+                finally:  # without a rollback, which waits for an answer when the connection is lost in silence
+                    await connection.invalidate()
 
     async def close(self) -> None:
         """Close all connections. Idempotent."""
         await self._pooled.dispose()
         await self._single.dispose()
+
+
+class _Connection(asyncpg.Connection):  # type: ignore[misc]  # asyncpg has no types
+    """Closes in time, also when it is lost in silence."""
+
+    async def close(self, *, timeout: float | None = None) -> None:  # noqa: ASYNC109 - asyncpg has it
+        with suppress(TimeoutError):  # asyncpg has aborted it then
+            await super().close(timeout=min(CLOSE_TIMEOUT_S, timeout or CLOSE_TIMEOUT_S))
 
 
 async def driver_of(connection: AsyncConnection) -> asyncpg.Connection[Any]:
@@ -147,6 +173,7 @@ def _engine(url: str, **options: Any) -> AsyncEngine:
         connect_args={
             "timeout": CONNECT_TIMEOUT_S,
             "command_timeout": COMMAND_TIMEOUT_S,
+            "connection_class": _Connection,
             "server_settings": {"application_name": "waydrop", **_KEEPALIVES},
         },
         **options,

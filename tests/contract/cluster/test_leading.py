@@ -27,6 +27,8 @@ from tools.cluster_servers import NatsServer
 SOON_S = 60.0
 LEARNS_S = 15.0
 """A loaded machine needs some seconds more than the node."""
+READS_ON_S = 25.0
+"""A node looks each 5 s, waits 3 s for the answer, and connects."""
 END_LEADER = (
     "SELECT pg_terminate_backend(pid) FROM pg_locks WHERE locktype = 'advisory' AND granted "
     "AND database = (SELECT oid FROM pg_database WHERE datname = current_database())"
@@ -119,13 +121,16 @@ async def test_a_node_whose_lock_is_gone_ends_what_one_does_for_all_though_no_ev
 async def test_a_node_whose_connection_is_lost_in_silence_ends_what_one_does_for_all(
     nodes: Nodes, nats: NatsServer
 ) -> None:
-    async with cut_point(port_of(nodes.url)) as point, nodes.node("old", nats.url, at(nodes.url, point)):
+    async with cut_point(port_of(nodes.url)) as point, AsyncExitStack() as old:
+        await old.enter_async_context(nodes.node("old", nats.url, at(nodes.url, point)))
         await nodes.until_leading("old")
         point.lose()
         point.cut()
         async with nodes.node("new", nats.url):
             await execute(nodes.url, END_LEADER)
             await nodes.until_leading("new", within_s=LEARNS_S)
+        async with asyncio.timeout(LEARNS_S):  # a stopped node takes no leave of a server that is not there
+            await old.aclose()
 
 
 async def test_who_asks_for_the_right_after_it_has_ended_is_told_so(
@@ -172,11 +177,28 @@ async def test_a_node_whose_listening_connection_is_lost_in_silence_goes_on_read
                     seen.append((await events.get()).position)
                 point.lose()
                 await store.events.append([event(2)])
-                async with asyncio.timeout(SOON_S):
+                async with asyncio.timeout(READS_ON_S):
                     seen.append((await events.get()).position)
         finally:
             await journal.close()
     assert seen == [1, 2]
+
+
+async def test_a_request_on_a_connection_that_is_lost_in_silence_fails_in_time_and_the_next_one_works(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    """Else clients wait a minute for each connection of the pool."""
+    url = await asyncio.to_thread(databases.with_tables)
+    async with (
+        cut_point(port_of(url)) as point,
+        open_cluster_storage(at(url, point), key_file=tmp_path / "key") as behind,
+    ):
+        await behind.events.append([event(1)])
+        point.lose()
+        async with asyncio.timeout(READS_ON_S):
+            with pytest.raises(StorageError):
+                await behind.events.last_seq()
+            assert await behind.events.last_seq() == 1
 
 
 async def test_what_is_asked_while_answers_are_finished_is_not_begun(nats: NatsServer) -> None:
