@@ -100,7 +100,7 @@ def _bus_errors() -> Iterator[None]:
     try:
         yield
     except (nats.errors.Error, JetStreamError, OSError, TimeoutError) as error:
-        raise BusDownError(f"NATS: {error or type(error).__name__}", hint=_HINT) from error
+        raise BusDownError(f"NATS: {str(error) or type(error).__name__}", hint=_HINT) from error
 
 
 _HINT: Final = "see that NATS runs and can be reached; vehicles fly on without it"
@@ -189,7 +189,7 @@ class NatsBus:
                 hint="look at the vehicle and its runs before you repeat it",
             ) from error
         except (nats.errors.Error, OSError) as error:
-            raise BusDownError(f"NATS: {error or type(error).__name__}", hint=_HINT) from error
+            raise BusDownError(f"NATS: {str(error) or type(error).__name__}", hint=_HINT) from error
 
     @asynccontextmanager
     async def answering(self, subject: str, answer: Answering, *, in_queue_group: bool = False) -> AsyncIterator[None]:
