@@ -14,6 +14,7 @@ from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
 from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode
 from app.vehicles import LinkSettings, MavsdkLinkSource
+from tests.support.patience import Patience
 
 F = TypeVar("F")
 HOME = (473977420, 85455940)
@@ -23,9 +24,9 @@ DISCOVERED_S = 15.0
 
 async def until(condition: Callable[[], bool], promise: str, within_s: float) -> None:
     """Look every 10 ms; AssertionError names the promise."""
-    deadline_s = time.monotonic() + within_s
+    patience = Patience(within_s)
     while not condition():
-        assert time.monotonic() < deadline_s, f"{promise} within {within_s:g} s"
+        assert not patience.is_over(), f"{promise} within {within_s:g} s"
         await asyncio.sleep(0.01)
 
 

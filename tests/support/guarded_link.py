@@ -17,6 +17,7 @@ from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.guard import LinkGuard
 from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.options import parse_connection
+from tests.support.patience import Patience
 from tests.support.simulated import free_udp_ports
 
 LOOPBACK = "127.0.0.1"
@@ -154,10 +155,10 @@ async def arrives(
     end: End, frame: bytes, again: Callable[[], None] = lambda: None, *, within_s: float = WITHIN_S
 ) -> None:
     """Wait until these bytes come out at an end. `again` is called now and then, for links that lose what is early."""
-    data, deadline_s, again_s = b"", time.monotonic() + within_s, 0.0
+    data, patience, again_s = b"", Patience(within_s), 0.0
     while frame not in data:
         now_s = time.monotonic()
-        assert now_s < deadline_s, f"the frame must arrive within {within_s:g} s; {len(data)} bytes did"
+        assert not patience.is_over(), f"the frame must arrive within {within_s:g} s; {len(data)} bytes did"
         if now_s >= again_s:
             again()
             again_s = now_s + 0.2

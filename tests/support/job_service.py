@@ -24,6 +24,7 @@ from app.services.runs import Runs
 from tests.support.fakes import MemoryEventStore, MemoryFlightLog
 from tests.support.job_plans import LAST_SEQ, ROUTE
 from tests.support.known_links import KnownLinks
+from tests.support.patience import Patience
 from tests.support.run_service import MemoryPlans, MemoryRuns
 from tests.support.scripted_link import FAST, ScriptedVehicle
 
@@ -123,9 +124,9 @@ class JobService:
 
     async def until(self, what: Callable[[], bool], promise: str) -> None:
         """Wait for a condition."""
-        deadline_s = time.monotonic() + WITHIN_S
+        patience = Patience(WITHIN_S)
         while not what():
-            assert time.monotonic() < deadline_s, f"{promise}; jobs: {list(self.events.jobs.values())}"
+            assert not patience.is_over(), f"{promise}; jobs: {list(self.events.jobs.values())}"
             await asyncio.sleep(0.005)
 
     async def until_events(self, count: int) -> None:

@@ -46,6 +46,7 @@ from tests.support.described import assert_described
 from tests.support.fake_links import FakeLink
 from tests.support.known_guards import KnownGuards
 from tests.support.known_links import KnownLinks
+from tests.support.patience import Patience
 
 SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
 
@@ -247,6 +248,7 @@ async def _served(
 
 async def until(condition: Callable[[], bool], *, timeout_s: float = 15.0) -> None:
     """Wait until something is so."""
-    async with asyncio.timeout(timeout_s):
-        while not condition():
-            await asyncio.sleep(0.005)
+    patience = Patience(timeout_s)
+    while not condition():
+        assert not patience.is_over(), f"it must be so within {timeout_s:g} s"
+        await asyncio.sleep(0.005)

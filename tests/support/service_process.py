@@ -17,6 +17,7 @@ from typing import Any, Protocol, Self
 import aiohttp
 
 from tests.support.paths import ROOT
+from tests.support.patience import Patience
 from tests.support.signed_links import service_environment
 
 START_S = 180.0
@@ -207,10 +208,10 @@ class Dispatcher:
 
 async def until(read: Callable[[], Any], what: Callable[[Any], bool], promise: str, within_s: float) -> Any:
     """Read again and again until `what` holds; AssertionError names the promise and the last value."""
-    deadline_s = time.monotonic() + within_s
+    patience = Patience(within_s)
     value = await read()
     while not what(value):
-        if time.monotonic() > deadline_s:
+        if patience.is_over():
             raise AssertionError(f"{promise} within {within_s} s; last seen: {value}")
         await asyncio.sleep(0.1)
         value = await read()

@@ -15,6 +15,8 @@ from typing import Any
 
 from aiohttp import web
 
+from tests.support.patience import Patience
+
 
 @dataclass(frozen=True)
 class Received:
@@ -80,9 +82,10 @@ class Receiver:
 
     async def until(self, condition: Callable[[], bool], *, within_s: float = 30.0) -> None:
         """Wait until something is so."""
-        async with asyncio.timeout(within_s):
-            while not condition():
-                await asyncio.sleep(0.01)
+        patience = Patience(within_s)
+        while not condition():
+            assert not patience.is_over(), f"it must be so within {within_s:g} s; {self.types()} were taken"
+            await asyncio.sleep(0.01)
 
     def types(self) -> list[str]:
         """The types of all that was taken, in order."""
