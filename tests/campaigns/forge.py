@@ -74,8 +74,10 @@ GOALS: Final[Mapping[str, str]] = {
     "forge_landing": "returning",
     "change_ended_run": "landed",
 }
-RADIO_S: Final = 0.1
-"""A vehicle answers as late as over a radio, so a forger who answers first is first."""
+RADIO_S: Final[Mapping[str, float]] = {"open": 0.3, "pinned": 0.1, "signed": 0.1}
+"""A vehicle answers as late as over a radio, so a forger who answers first is first, on the open link always. On the
+others no command may be lost.
+"""
 OVER: Final = ("completed", "aborted", "failed", "lost")
 Message = Any
 """pymavlink has no types."""
@@ -224,7 +226,7 @@ class Attack:
         await self._until_at_rest()
 
     async def _uploading(self) -> str:
-        self._fleet.control("delay_s", RADIO_S, system_id=self.system)
+        self._fleet.control("delay_s", RADIO_S[self.level], system_id=self.system)
         refusals = [mavlink.MAVLink_mission_ack_message(*OURS, 1, kind) for kind in range(3)]
         async with going_on(lambda: self._forger.say(*refusals)):
             run_id = await self._created()

@@ -67,8 +67,9 @@ NAMESPACE: Final = ("unshare", "--user", "--map-root-user", "--mount", "sh", "-c
 BIG: Final = json.loads((PLANS / "clinic-run.json").read_text(encoding="utf-8"))
 DELIVERIES: Final = {
     1: plan_json("multicopter", takeoff(12), waypoint(40, 0, 12, hold_s=5), gripper(mode="embedded"), RETURN),
-    2: plan_json("multicopter", takeoff(12), waypoint(40, 0, 12), gripper(hold_s=60), RETURN),
+    2: plan_json("multicopter", takeoff(12), waypoint(40, 0, 12), gripper(hold_s=120), RETURN),
 }
+"""The hold is long: a release ends it, and a slow disk may delay that."""
 
 
 class OnSmallDisk(ServiceProcess):

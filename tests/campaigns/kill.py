@@ -239,8 +239,8 @@ async def live_and_die(
     await asyncio.to_thread(service.start)
 
 
-async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float, chance: random.Random) -> Found:
-    """One service: killed while there are kills left, and time."""
+async def campaign(folder: Path, port: int, kills: Iterator[int], seconds: float, chance: random.Random) -> Found:
+    """One service: killed while there are kills left, and time, which begins when all is ready."""
     found, began_s = Found(), time.monotonic()
     async with AsyncExitStack() as stack:
         fleet = await entered(stack, SimulatedFleet(FLEET, speed=SPEED, port=port))
@@ -248,6 +248,7 @@ async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float
         async with aiohttp.ClientSession() as http, watched_truth(fleet.control_port) as truths:
             dispatcher = Dispatcher(http, service.url)
             run_id = await prepare(dispatcher)
+            until_s = time.monotonic() + (seconds or float("inf"))
             deliveries = [Deliveries(number, truths.by_id[number], found) for number in DROPS]
             for number in kills:
                 await asyncio.to_thread(fleet.control, "battery_percent", 100.0)  # or they would be empty at some time
@@ -268,13 +269,13 @@ async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float
 
 async def campaigns(folder: Path, given: argparse.Namespace) -> list[Found]:
     """Several services at once, which share the kills."""
-    until_s = time.monotonic() + (given.seconds or float("inf"))
     kills, vehicles = iter(range(given.kills)), len(FLEET.split(","))
     port = free_udp_ports(vehicles * given.services)
     return await asyncio.gather(
         *(
             campaign(
-                folder / str(number), port + number * vehicles, kills, until_s, random.Random(f"{given.seed} {number}")
+                *(folder / str(number), port + number * vehicles, kills, given.seconds),
+                random.Random(f"{given.seed} {number}"),
             )
             for number in range(given.services)
         )

@@ -155,6 +155,11 @@ async def arrives(
     end: End, frame: bytes, again: Callable[[], None] = lambda: None, *, within_s: float = WITHIN_S
 ) -> None:
     """Wait until these bytes come out at an end. `again` is called now and then, for links that lose what is early."""
+    await heard_until(end, frame, again, within_s=within_s)
+
+
+async def heard_until(end: End, frame: bytes, again: Callable[[], None], *, within_s: float = WITHIN_S) -> bytes:
+    """As `arrives`; all that came out until then."""
     data, patience, again_s = b"", Patience(within_s), 0.0
     while frame not in data:
         now_s = time.monotonic()
@@ -164,6 +169,7 @@ async def arrives(
             again_s = now_s + 0.2
         await asyncio.sleep(0.005)
         data += end.received()
+    return data
 
 
 async def stays_silent(end: End, frame: bytes, for_s: float = 0.3) -> None:

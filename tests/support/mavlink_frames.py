@@ -54,6 +54,10 @@ class FrameSender:
         """GLOBAL_POSITION_INT."""
         return self.pack(mavlink.MAVLink_global_position_int_message(boot_ms, 1, 2, 3, 4, 5, 6, 7, 8))
 
+    def attitude(self, boot_ms: int = 5000) -> bytes:
+        """ATTITUDE. It passes the link guard however late it is read."""
+        return self.pack(mavlink.MAVLink_attitude_message(boot_ms, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6))
+
     def text(self, text: str) -> bytes:
         """STATUSTEXT."""
         return self.pack(mavlink.MAVLink_statustext_message(6, text.encode(), 0, 0))

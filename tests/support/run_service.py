@@ -171,7 +171,9 @@ async def run_service(
         assert replay(from_text(text)).differences == (), f"run {run_id} must be decided again as it was"
 
 
-async def restarted(before: RunService, *, meanwhile: Callable[[], None] = lambda: None) -> tuple[Runs, Fleet, Journal]:
+async def restarted(
+    before: RunService, *, meanwhile: Callable[[], None] = lambda: None, settings: RunSettings = FAST
+) -> tuple[Runs, Fleet, Journal]:
     """The same vehicle, plans and disk under a new process of the service; the old one is gone without a goodbye."""
     await before.runs.close()
     await before.fleet.close()
@@ -183,7 +185,7 @@ async def restarted(before: RunService, *, meanwhile: Callable[[], None] = lambd
     fleet = Fleet(KnownLinks(before.vehicle), journal)
     await fleet.start()
     plans = Plans(KnownPlans(before.plans), journal, clock)
-    runs = Runs(fleet, plans, MemoryRuns(before.events), journal, clock, before.flight_log, FAST)
+    runs = Runs(fleet, plans, MemoryRuns(before.events), journal, clock, before.flight_log, settings)
     await runs.begin()
     before.runs, before.fleet, before.journal = runs, fleet, journal
     return runs, fleet, journal

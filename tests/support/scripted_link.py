@@ -27,7 +27,8 @@ from app.domain.vehicle.state import (
 from app.services.runs import RunSettings
 from app.vehicles.mission_wire import mission_checksum, to_wire
 
-FAST = RunSettings(armable_s=0.05, arm_again_s=0.01, poll_every_s=0.005, lost_after_s=0.3, ack_s=0.2, gripper_s=0.5)
+FAST = RunSettings(armable_s=0.05, arm_again_s=0.01, poll_every_s=0.005, lost_after_s=60.0, ack_s=0.2, gripper_s=0.5)
+"""A link that is away for a moment is not lost, however long the moment is on a busy machine."""
 
 MEASURED_CLOCK = VehicleClock(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import struct
 import time
@@ -11,7 +12,7 @@ from typing import Self
 from app.simulator.dialect import Message, mavlink
 
 IDENTITY = (246, 191)
-ANSWER_S, AGAIN_S = 10.0, 1.0
+ANSWER_S, AGAIN_S = 15.0, 3.0
 """PX4 announces nothing if the same value comes again before it has announced the first."""
 INT32, REAL32 = 6, 9
 
@@ -27,7 +28,6 @@ class SecondStation:
 
     def __enter__(self) -> Self:
         self._socket.bind(("127.0.0.1", self._port))
-        self._socket.settimeout(0.2)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
@@ -44,18 +44,22 @@ class SecondStation:
         order = mavlink.MAVLink_param_set_message(system_id, 1, name.encode(), packed, INT32 if is_int else REAL32)
         deadline_s, due_s = time.monotonic() + ANSWER_S, 0.0
         while (now_s := time.monotonic()) < deadline_s:
-            for message, address in self._receive():
-                if due_s and message.get_type() == "PARAM_VALUE" and message.param_id == name:
-                    return
-                if now_s >= due_s:
-                    for _ in range(times):
-                        self._socket.sendto(order.pack(self._mavlink), address)
-                    due_s = now_s + AGAIN_S
+            heard = self._receive()
+            if due_s and any(one.get_type() == "PARAM_VALUE" and one.param_id == name for one, _ in heard):
+                return
+            if heard and now_s >= due_s:
+                for _ in range(times):
+                    self._socket.sendto(order.pack(self._mavlink), heard[-1][1])
+                due_s = now_s + AGAIN_S
         raise AssertionError(f"PARAM_SET {name} was not answered")
 
     def _receive(self) -> list[tuple[Message, tuple[str, int]]]:
-        try:
-            data, address = self._socket.recvfrom(2048)
-        except TimeoutError:
-            return []
-        return [(message, address) for message in self._mavlink.parse_buffer(data) or ()]
+        """All that has come: on a busy machine the answer may have waited here for long."""
+        heard: list[tuple[Message, tuple[str, int]]] = []
+        self._socket.settimeout(0.2)
+        with contextlib.suppress(TimeoutError, BlockingIOError):
+            while True:
+                data, address = self._socket.recvfrom(2048)
+                heard += [(message, address) for message in self._mavlink.parse_buffer(data) or ()]
+                self._socket.setblocking(False)
+        return heard

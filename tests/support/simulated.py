@@ -2,38 +2,89 @@
 
 from __future__ import annotations
 
+import fcntl
+import functools
 import json
 import os
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from tests.support.paths import ROOT
 from tests.support.signed_links import signing
 
-READY_S = 30.0
-ANSWER_S = 5.0
+READY_S = 120.0
+ANSWER_S = 30.0
+"""They end a hang: a busy machine may take a minute to start seven vehicles."""
+
+
+_PORTS: Final = range(20_000, 32_768)
+"""The kernel gives those beyond to whoever binds to port 0."""
 
 
 def free_udp_ports(count: int) -> int:
-    """The first of `count` UDP ports in a row that nobody is bound to."""
-    for first in range(20_000 + (os.getpid() * 37) % 9_000, 60_000, count):
-        with ExitStack() as stack:
-            try:
-                for port in range(first, first + count):
-                    probe = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-                    probe.bind(("127.0.0.1", port))
-            except OSError:
-                continue
+    """The first of `count` UDP ports in a row that nobody is bound to, and that no process of tests was given.
+
+    A vehicle sends to a port on which nobody listens yet, or any more: who else listens there would hear it.
+    """
+    return _free_ports(count, socket.SOCK_DGRAM)
+
+
+def _free_ports(count: int, kind: socket.SocketKind) -> int:
+    ports = _given_ports()
+    for _ in range(len(_PORTS)):
+        first = ports.next_row(count)
+        if ports.are_ours(first, count) and _are_free(first, count, kind):
             return first
-    raise AssertionError("no free UDP ports")
+    raise AssertionError("no free ports")
+
+
+class _GivenPorts:
+    """Each port is given once, until all were. Locks on a file tell other processes, and end with this one."""
+
+    def __init__(self) -> None:
+        self._next = _PORTS.start + (os.getpid() * 37) % 9_000
+        path = os.path.join(tempfile.gettempdir(), f"waydrop-tests-ports-{os.getuid()}")
+        self._locks = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+
+    def next_row(self, count: int) -> int:
+        """The ports after the last ones that were looked at."""
+        if self._next + count > _PORTS.stop:
+            self._next = _PORTS.start
+        first, self._next = self._next, self._next + count
+        return first
+
+    def are_ours(self, first: int, count: int) -> bool:
+        """Whether no other process was given one of them; from now on none is."""
+        try:
+            fcntl.lockf(self._locks, fcntl.LOCK_EX | fcntl.LOCK_NB, count, first)
+        except OSError:
+            return False
+        return True
+
+
+@functools.cache
+def _given_ports() -> _GivenPorts:
+    return _GivenPorts()
+
+
+def _are_free(first: int, count: int, kind: socket.SocketKind) -> bool:
+    with ExitStack() as stack:
+        try:
+            for port in range(first, first + count):
+                probe = stack.enter_context(socket.socket(socket.AF_INET, kind))
+                probe.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
 
 
 class SimulatedFleet:
@@ -56,9 +107,7 @@ class SimulatedFleet:
         self._count = len(fleet.split(","))
         self.port = free_udp_ports(self._count) if port is None else port
         self._shared = shared_port
-        with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.control_port = int(probe.getsockname()[1])
+        self.control_port = _free_ports(1, socket.SOCK_STREAM)
         options = {
             "fleet": signing(fleet),
             "port": str(self.port),

@@ -27,7 +27,7 @@ PLAN = """QGC WPL 110
 @pytest.fixture(scope="module")
 def vehicle() -> Iterator[Any]:
     """A connection that has heard the vehicle and sends heartbeats at 1 Hz whenever it waits."""
-    with SimulatedFleet("quad", speed=4.0, rates="onboard", params="RTL_RETURN_ALT=12.0") as fleet:
+    with SimulatedFleet("quad", speed=4.0, rates="onboard", params="RTL_RETURN_ALT=12.0,COM_OF_LOSS_T=5") as fleet:
         port = fleet.connections[0].rpartition(":")[2]
         with mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", dialect="common") as connection:
             assert not hasattr(mavutil.mavlink, "MAVLink_event_message"), "the released dialect, not ours"
@@ -35,21 +35,34 @@ def vehicle() -> Iterator[Any]:
             yield connection
 
 
-def received(vehicle: Any, kind: str, wanted: Callable[[Any], bool] = lambda message: True) -> Any:
-    """The next message of this kind that is `wanted`; keeps the vehicle aware of a ground station."""
+def received(
+    vehicle: Any,
+    kind: str,
+    wanted: Callable[[Any], bool] = lambda message: True,
+    *,
+    meanwhile: Callable[[], None] = lambda: None,
+) -> Any:
+    """The next message of this kind that is `wanted`; keeps the vehicle aware of a ground station.
+
+    `meanwhile` is called several times a second.
+    """
     deadline_s, beat_s = time.monotonic() + HANG_S, 0.0
     while time.monotonic() < deadline_s:
         if time.monotonic() >= beat_s:
             beat_s = time.monotonic() + 0.25  # 1 Hz of vehicle time
             vehicle.mav.heartbeat_send(6, 8, 0, 0, 4)
+        meanwhile()
         message = vehicle.recv_match(type=kind, blocking=True, timeout=0.1)
         if message is not None and wanted(message):
             return message
     raise AssertionError(f"no {kind} that was waited for within {HANG_S:g} s")
 
 
-def result_of(vehicle: Any, command: int) -> int:
-    return int(received(vehicle, "COMMAND_ACK", lambda ack: ack.command == command and ack.result != 5).result)
+def result_of(vehicle: Any, command: int, *, meanwhile: Callable[[], None] = lambda: None) -> int:
+    def is_final(ack: Any) -> bool:
+        return bool(ack.command == command and ack.result != 5)
+
+    return int(received(vehicle, "COMMAND_ACK", is_final, meanwhile=meanwhile).result)
 
 
 def flying_mode(vehicle: Any, name: str) -> None:
@@ -141,12 +154,16 @@ def test_parameters_are_set_floats_as_such_and_integers_bytewise(vehicle: Any) -
 # flying -----------------------------------------------------------------------------------------------------
 
 
-def armed(vehicle: Any) -> None:
+def armed(vehicle: Any, *, meanwhile: Callable[[], None] = lambda: None) -> None:
     """Arming is denied for some seconds after boot."""
-    received(vehicle, "SYS_STATUS", lambda status: bool(status.onboard_control_sensors_health & 1 << 28))
+
+    def is_armable(status: Any) -> bool:
+        return bool(status.onboard_control_sensors_health & 1 << 28)
+
+    received(vehicle, "SYS_STATUS", is_armable, meanwhile=meanwhile)
     vehicle.arducopter_arm()
-    assert result_of(vehicle, 400) == 0
-    received(vehicle, "HEARTBEAT", lambda _: vehicle.motors_armed())
+    assert result_of(vehicle, 400, meanwhile=meanwhile) == 0
+    received(vehicle, "HEARTBEAT", lambda _: vehicle.motors_armed(), meanwhile=meanwhile)
 
 
 def landed_and_disarmed(vehicle: Any) -> None:
@@ -185,9 +202,8 @@ def test_offboard_takes_off_to_a_setpoint_and_holds_when_the_stream_ends(vehicle
 
     setpoint()
     vehicle.set_mode("OFFBOARD")
-    assert result_of(vehicle, 176) == 0
-    setpoint()
-    armed(vehicle)
+    assert result_of(vehicle, 176, meanwhile=setpoint) == 0
+    armed(vehicle, meanwhile=setpoint)
     beat = iter(range(10**6))
 
     def there() -> bool:

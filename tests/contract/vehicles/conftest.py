@@ -18,8 +18,8 @@ THREADS_END_S = 5.0
 
 @pytest.fixture(scope="module")
 def quad() -> Iterator[SimulatedFleet]:
-    """One multicopter, five times as fast as the wall clock, shared by the tests of a file."""
-    with SimulatedFleet("quad", speed=5.0) as fleet:
+    """One multicopter, five times as fast as the wall clock, shared by the tests of a file. Armed, it stays so."""
+    with SimulatedFleet("quad", speed=5.0, params="COM_DISARM_PRFLT=60") as fleet:
         yield fleet
 
 

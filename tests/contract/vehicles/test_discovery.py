@@ -199,5 +199,5 @@ async def test_close_ends_soon_and_twice_is_fine() -> None:
         async with opened(fleet.connections, vehicles=2) as source:
             began_s = time.monotonic()
             await source.close()
-            assert time.monotonic() - began_s < 5.0
+            assert time.monotonic() - began_s < 15.0
             await source.close()

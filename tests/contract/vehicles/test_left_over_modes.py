@@ -22,8 +22,8 @@ STREAM_S = 0.05
 
 @pytest.fixture(scope="module")
 def quad() -> Iterator[SimulatedFleet]:
-    """As fast as anybody may be flown in OFFBOARD."""
-    with SimulatedFleet("quad", speed=4.0, params="COM_OBL_RC_ACT=5") as fleet:
+    """As fast as anybody may be flown in OFFBOARD. The stream may pause on a busy machine."""
+    with SimulatedFleet("quad", speed=4.0, params="COM_OBL_RC_ACT=5,COM_OF_LOSS_T=5") as fleet:
         yield fleet
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import socket
 import threading
@@ -22,14 +21,13 @@ from tests.support.mavlink_frames import FrameSender
 from tests.support.simulated import free_udp_ports
 
 HANG_S = 5.0
-LATE_S = 0.2
-SLACK_S = 0.1
-"""Of the clocks and threads of a busy machine."""
+SLACK_S = 1.2
+"""What was sent last before the hang ends is not late yet; and threads of a busy machine wait their turn."""
 RATE_HZ = 50.0
 
 
 class ListeningVehicle:
-    """Reads from a thread of its own, and notes when each message came and when it says it was sent."""
+    """Reads from a thread of its own, and notes when each message says that it was sent: it may be read any time."""
 
     def __init__(self, port: int) -> None:
         self._sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -39,7 +37,7 @@ class ListeningVehicle:
         self._parser = common.MAVLink(None)
         self._parser.robust_parsing = True
         self._stop = threading.Event()
-        self.ages_s: dict[str, list[float]] = {"COMMAND_LONG": [], "SET_POSITION_TARGET_LOCAL_NED": []}
+        self.sent_s: dict[str, list[float]] = {"COMMAND_LONG": [], "SET_POSITION_TARGET_LOCAL_NED": []}
         self.heartbeats_s: list[float] = []
         self._thread = threading.Thread(target=self._run, name="listening vehicle")
         self._thread.start()
@@ -68,9 +66,9 @@ class ListeningVehicle:
         if name == "HEARTBEAT":
             self.heartbeats_s.append(now_s)
         elif name == "COMMAND_LONG" and message.command == 31_000:
-            self.ages_s[name].append(now_s - message.param1)
+            self.sent_s[name].append(message.param1)
         elif name == "SET_POSITION_TARGET_LOCAL_NED":
-            self.ages_s[name].append(now_s - message.x)
+            self.sent_s[name].append(message.x)
 
 
 @contextmanager
@@ -112,17 +110,17 @@ async def test_nothing_of_a_hang_reaches_the_vehicle() -> None:
         direct = MavlinkDirect(native.get_systems()[0])
         began_s = time.monotonic()
         with sending(direct, began_s):
-            await until(lambda: len(vehicle.ages_s["COMMAND_LONG"]) > 20, "commands must pass before", 10.0)
-            before = {name: len(ages_s) for name, ages_s in vehicle.ages_s.items()}
+            await until(lambda: len(vehicle.sent_s["COMMAND_LONG"]) > 20, "commands must pass before", 10.0)
             hung_s = time.monotonic()
             time.sleep(HANG_S)  # noqa: ASYNC251  the loop hangs; mavsdk's threads and the sender's do not
             woke_s = time.monotonic()
-            await asyncio.sleep(1.0)
-        for name, ages_s in vehicle.ages_s.items():
-            late = [age_s for age_s in (age_s - began_s for age_s in ages_s) if age_s > LATE_S + SLACK_S]
-            assert not late, f"{len(late)} late {name}, the oldest of {max(late):.2f} s"
-            assert len(ages_s) > before[name] + RATE_HZ / 4, f"{name} must pass again afterwards"
-        silent = [at_s for at_s in vehicle.heartbeats_s if hung_s + 0.2 < at_s < woke_s]
+            for name, sent_s in vehicle.sent_s.items():
+                again = f"{name} must pass again afterwards"
+                await until(lambda sent_s=sent_s: sum(woke_s - began_s < at_s for at_s in sent_s) > 10, again, 10.0)
+        for name, sent_s in vehicle.sent_s.items():
+            late = [at_s for at_s in sent_s if hung_s < began_s + at_s < woke_s - SLACK_S]
+            assert not late, f"{len(late)} {name} of the hang, the oldest of {late[0] + began_s - hung_s:.2f} s after"
+        silent = [at_s for at_s in vehicle.heartbeats_s if hung_s + SLACK_S < at_s < woke_s]
         assert not silent, "a vehicle must see that its ground station hangs"
     finally:
         vehicle.close()

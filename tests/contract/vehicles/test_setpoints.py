@@ -6,6 +6,7 @@ import asyncio
 import math
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -21,13 +22,15 @@ from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import command
 from app.vehicles.encoders import SetpointOut
-from tests.contract.vehicles.listening_vehicle import listening_vehicle
+from tests.contract.vehicles.listening_vehicle import ListeningVehicle, listening_vehicle
 from tests.support.driving import armed, opened_link, until
 from tests.support.setpoint_examples import example, follower
 from tests.support.simulated import SimulatedFleet
 
 PROFILES = (FirmwareProfile.FLOWN, FirmwareProfile.DOCUMENTED)
 RATE_S = 0.05
+SENDS, AGAIN_S = 5, 2.0
+"""What waits for a busy machine is dropped on its way, and never comes late: it is sent again."""
 
 
 async def test_every_form_that_is_taken_arrives_with_its_frame_and_mask_and_every_other_is_never_sent() -> None:
@@ -42,18 +45,30 @@ async def test_every_form_that_is_taken_arrives_with_its_frame_and_mask_and_ever
                         continue
                     vehicle.received.clear()
                     sent = encode(example(known.form), follower(kind, profile))
-                    link.send_setpoint(sent)
-                    assert_same(await vehicle.first(known.wire.message), sent)
+                    sends = await sent_until_it_arrives(vehicle, link, sent, known.wire.message)
                     setpoints = [m for m in vehicle.received if m.get_type().startswith("SET_")]
-                    assert len(setpoints) == 1, known.form
+                    assert len(setpoints) <= sends, known.form
+                    for message in setpoints:
+                        assert_same(message, sent)
 
 
 async def test_what_was_not_given_arrives_as_no_number_and_a_given_zero_as_zero() -> None:
     async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
-        link.send_setpoint(encode(example("velocity_ned", north_m_s=0.0, east_m_s=0.0, down_m_s=0.0), follower()))
-        message = await vehicle.first("SET_POSITION_TARGET_LOCAL_NED")
+        still = encode(example("velocity_ned", north_m_s=0.0, east_m_s=0.0, down_m_s=0.0), follower())
+        await sent_until_it_arrives(vehicle, link, still, "SET_POSITION_TARGET_LOCAL_NED")
+        message = vehicle.of("SET_POSITION_TARGET_LOCAL_NED")[0]
         assert (message.vx, message.vy, message.vz) == (0.0, 0.0, 0.0)
         assert all(math.isnan(value) for value in (message.x, message.y, message.z, message.yaw, message.yaw_rate))
+
+
+async def sent_until_it_arrives(vehicle: ListeningVehicle, link: VehicleLink, sent: SetpointMessage, name: str) -> int:
+    """How often it was sent until a message of this name came."""
+    for sends in range(1, SENDS + 1):
+        link.send_setpoint(sent)
+        with suppress(AssertionError):
+            await until(lambda: bool(vehicle.of(name)), f"{name} must arrive", AGAIN_S)
+            return sends
+    raise AssertionError(f"{name} must arrive; it was sent {SENDS} times")
 
 
 def assert_same(message: Any, sent: SetpointMessage) -> None:
@@ -93,10 +108,14 @@ def test_what_mavlink_cannot_carry_is_an_error_and_not_another_number(message: S
         SetpointOut(message).fields_json(1, 1)
 
 
+LOSS_S = 5.0
+"""By the wall: the simulated vehicle has it four times as long on its own clock."""
+
+
 @pytest.fixture(scope="module")
 def hovering() -> Iterator[SimulatedFleet]:
-    """Offboard control is flown at no more than four times real time."""
-    with SimulatedFleet("quad", speed=4.0, params="COM_OBL_RC_ACT=5") as fleet:
+    """Offboard control is flown at no more than four times real time. The stream may pause on a busy machine."""
+    with SimulatedFleet("quad", speed=4.0, params=f"COM_OBL_RC_ACT=5,COM_OF_LOSS_T={LOSS_S}") as fleet:
         yield fleet
 
 
@@ -130,7 +149,7 @@ async def test_a_vehicle_enters_follows_and_holds_by_itself_when_the_stream_stop
 async def test_parameters_are_read_anew_and_those_that_do_not_exist_are_left_out(hovering: SimulatedFleet) -> None:
     async with opened_link(hovering.connections) as link:
         found = await link.read_parameters(("COM_OBL_RC_ACT", "COM_OF_LOSS_T", "NO_SUCH_PARAM"))
-        assert found == {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": pytest.approx(4.0)}
+        assert found == {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": pytest.approx(4.0 * LOSS_S)}
 
 
 async def test_while_python_hangs_nothing_is_sent_but_mavsdks_own_heartbeat() -> None:

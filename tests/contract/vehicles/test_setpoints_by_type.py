@@ -24,8 +24,8 @@ RATE_S = 0.05
 
 @pytest.fixture(scope="module")
 def plane_and_rover() -> Iterator[SimulatedFleet]:
-    """Offboard control is flown at no more than four times real time."""
-    with SimulatedFleet("plane,rover", speed=4.0, params="COM_OBL_RC_ACT=5") as fleet:
+    """Offboard control is flown at no more than four times real time. The stream may pause on a busy machine."""
+    with SimulatedFleet("plane,rover", speed=4.0, params="COM_OBL_RC_ACT=5,COM_OF_LOSS_T=10") as fleet:
         yield fleet
 
 

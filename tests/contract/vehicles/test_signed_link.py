@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -52,6 +53,18 @@ def is_signed(link: VehicleLink) -> bool:
     return link.state().link_security is LinkSecurity.SIGNED
 
 
+async def given_its_newest_key(source: MavsdkLinkSource, link: VehicleLink) -> str:
+    """The key's fingerprint. The key file is looked at once a second: until then there is no newer one."""
+    deadline_s = time.monotonic() + 15.0
+    while True:
+        try:
+            return await source.set_up_signing(link.identity.system_id, link.identity.connection)
+        except (NotFoundError, ConflictError):
+            if time.monotonic() > deadline_s:
+                raise
+            await asyncio.sleep(0.1)
+
+
 async def test_a_signed_vehicle_is_uploaded_to_armed_and_flown(keys: Keys) -> None:
     keys.file.add(1)
     with SimulatedFleet(f"quad:key={keys.file.path}", speed=3.0) as fleet:
@@ -92,15 +105,13 @@ async def test_a_vehicle_without_a_key_is_given_one_and_then_the_next(keys: Keys
                 await source.set_up_signing(1, link.identity.connection)
             first = keys.file.add(1).key.fingerprint
             await until(lambda: not is_signed(link), "a new key alone changes nothing", 0.1)
-            await asyncio.sleep(1.5)  # the key file is looked at once a second
-            assert await source.set_up_signing(1, link.identity.connection) == first
+            assert await given_its_newest_key(source, link) == first
             assert is_signed(link)
             await heard.until(LinkSecured, 5.0)
             with pytest.raises(ConflictError, match="newest key"):
                 await source.set_up_signing(1, link.identity.connection)
             second = keys.file.add(1).key.fingerprint
-            await asyncio.sleep(1.5)
-            assert await source.set_up_signing(1, link.identity.connection) == second
+            assert await given_its_newest_key(source, link) == second
             await uploaded(link, mission(4))
 
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.simulator_process import FLEET, SimulatedFleet, SimulatorError, SimulatorProcess
+from app.cli.simulator_process import FLEET, LOCAL_PORT_OFFSET, SimulatedFleet, SimulatorError, SimulatorProcess
+from tests.support.simulated import free_udp_ports
 
-ARGUMENTS = SimulatedFleet(port=25900, shared_port=False, speed=1.0, seed=0).arguments()
 STARTER = """
 import sys, time
 from pathlib import Path
@@ -31,6 +31,13 @@ time.sleep(600)
 """
 
 
+@pytest.fixture(scope="module")
+def arguments() -> tuple[str, ...]:
+    """The simulator's command line, with ports that no other test uses."""
+    port = free_udp_ports(LOCAL_PORT_OFFSET + len(FLEET))
+    return SimulatedFleet(port=port, shared_port=False, speed=1.0, seed=0).arguments()
+
+
 @pytest.fixture
 def simulator(tmp_path: Path) -> Iterator[SimulatorProcess]:
     process = SimulatorProcess(tmp_path)
@@ -38,22 +45,26 @@ def simulator(tmp_path: Path) -> Iterator[SimulatorProcess]:
     process.stop()
 
 
-def test_it_starts_once_is_found_and_ends(simulator: SimulatorProcess, tmp_path: Path) -> None:
+def test_it_starts_once_is_found_and_ends(
+    simulator: SimulatorProcess, arguments: tuple[str, ...], tmp_path: Path
+) -> None:
     assert simulator.find() is None
-    running = simulator.start(ARGUMENTS)
+    running = simulator.start(arguments)
     simulator.wait_ready(len(FLEET), within_s=30)
     assert SimulatorProcess(tmp_path).find() == running
     with pytest.raises(SimulatorError, match="already running"):
-        SimulatorProcess(tmp_path).start(ARGUMENTS)
+        SimulatorProcess(tmp_path).start(arguments)
     began = time.monotonic()
     assert simulator.stop()
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 15
     assert simulator.find() is None
     assert not simulator.stop()
 
 
-def test_its_control_socket_is_found_by_whoever_finds_it(simulator: SimulatorProcess, tmp_path: Path) -> None:
-    simulator.start(ARGUMENTS)
+def test_its_control_socket_is_found_by_whoever_finds_it(
+    simulator: SimulatorProcess, arguments: tuple[str, ...], tmp_path: Path
+) -> None:
+    simulator.start(arguments)
     simulator.wait_ready(len(FLEET), within_s=30)
     address = SimulatorProcess(tmp_path).control()
     assert address is not None
@@ -64,14 +75,16 @@ def test_its_control_socket_is_found_by_whoever_finds_it(simulator: SimulatorPro
 
 
 def test_one_without_a_control_socket_has_none(simulator: SimulatorProcess) -> None:
-    simulator.start(["--fleet", "quad", "--port", "25900", "--local-port", "0"])
+    simulator.start(["--fleet", "quad", "--port", str(free_udp_ports(1)), "--local-port", "0"])
     simulator.wait_ready(1, within_s=30)
     assert simulator.control() is None
 
 
-def test_it_outlives_a_kill_of_its_starter_and_another_can_end_it(simulator: SimulatorProcess, tmp_path: Path) -> None:
+def test_it_outlives_a_kill_of_its_starter_and_another_can_end_it(
+    simulator: SimulatorProcess, arguments: tuple[str, ...], tmp_path: Path
+) -> None:
     starter = subprocess.Popen(
-        [sys.executable, "-c", STARTER, str(tmp_path), *ARGUMENTS], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", STARTER, str(tmp_path), *arguments], stdout=subprocess.PIPE, text=True
     )
     assert starter.stdout is not None
     with starter.stdout:
@@ -92,12 +105,12 @@ def test_one_that_cannot_start_is_told_with_its_last_words(simulator: SimulatorP
 
 
 def test_a_folder_named_app_where_the_command_is_typed_is_not_run(
-    simulator: SimulatorProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    simulator: SimulatorProcess, arguments: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "app").mkdir()
     (tmp_path / "app" / "__init__.py").write_text("raise SystemExit('somebody else's')")
     monkeypatch.chdir(tmp_path)
-    simulator.start(ARGUMENTS)
+    simulator.start(arguments)
     simulator.wait_ready(len(FLEET), within_s=30)
 
 
@@ -105,26 +118,28 @@ def test_a_taken_port_is_named_with_the_way_to_use_others(simulator: SimulatorPr
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         port = taken.getsockname()[1]
-        simulator.start(["--fleet", "quad", "--port", "25900", "--local-port", str(port)])
+        simulator.start(["--fleet", "quad", "--port", str(free_udp_ports(1)), "--local-port", str(port)])
         with pytest.raises(SimulatorError, match=f"UDP 127.0.0.1:{port}: Address already in use") as refused:
             simulator.wait_ready(1, within_s=30)
     assert "WAYDROP_CONNECTIONS" in refused.value.hint
 
 
-def test_a_dead_one_leaves_no_trace_that_misleads(simulator: SimulatorProcess) -> None:
-    running = simulator.start(ARGUMENTS)
+def test_a_dead_one_leaves_no_trace_that_misleads(simulator: SimulatorProcess, arguments: tuple[str, ...]) -> None:
+    running = simulator.start(arguments)
     simulator.wait_ready(len(FLEET), within_s=30)
     os.kill(running.pid, signal.SIGKILL)
     deadline = time.monotonic() + 5
     while simulator.find() is not None and time.monotonic() < deadline:
         time.sleep(0.01)
     assert simulator.find() is None
-    simulator.start(ARGUMENTS)
+    simulator.start(arguments)
     simulator.wait_ready(len(FLEET), within_s=30)
 
 
-def test_our_own_is_ended_too_when_somebody_removed_its_folder(simulator: SimulatorProcess, tmp_path: Path) -> None:
-    running = simulator.start(ARGUMENTS)
+def test_our_own_is_ended_too_when_somebody_removed_its_folder(
+    simulator: SimulatorProcess, arguments: tuple[str, ...], tmp_path: Path
+) -> None:
+    running = simulator.start(arguments)
     simulator.wait_ready(len(FLEET), within_s=30)
     shutil.rmtree(tmp_path)
     simulator.stop()

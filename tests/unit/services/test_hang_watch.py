@@ -11,7 +11,7 @@ HANGS = """
 import asyncio, time
 from app.services.hang_watch import hang_watch
 async def main():
-    async with hang_watch(0.5):
+    async with hang_watch({limit_s}):
         await asyncio.sleep({lives_s})
         time.sleep({hangs_s})
     print("ended by itself")
@@ -19,19 +19,20 @@ asyncio.run(main())
 """
 
 
-def ran(*, lives_s: float, hangs_s: float) -> subprocess.CompletedProcess[str]:
-    script = HANGS.format(lives_s=lives_s, hangs_s=hangs_s)
+def ran(*, limit_s: float, lives_s: float, hangs_s: float) -> subprocess.CompletedProcess[str]:
+    script = HANGS.format(limit_s=limit_s, lives_s=lives_s, hangs_s=hangs_s)
     return subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
     )
 
 
 def test_a_loop_that_hangs_ends_the_process_and_says_where() -> None:
-    ended = ran(lives_s=0.0, hangs_s=50.0)
+    ended = ran(limit_s=0.5, lives_s=0.0, hangs_s=50.0)
     assert ended.returncode == 1
     assert "time.sleep" in ended.stderr or "in main" in ended.stderr
 
 
 def test_a_loop_that_turns_is_left_alone() -> None:
-    ended = ran(lives_s=1.2, hangs_s=0.0)
+    """For longer than the limit, which is longer than a busy machine lets a process wait."""
+    ended = ran(limit_s=5.0, lives_s=6.5, hangs_s=0.0)
     assert (ended.returncode, ended.stdout.strip()) == (0, "ended by itself")

@@ -50,11 +50,10 @@ async def test_what_holds_the_loop_up_is_told_with_its_stack(journal: Journal, s
     watch = LoopWatch(journal, SLOW)
     async with watch.watching():
         await asyncio.sleep(0.05)
-        holds_everybody_up(1.0)
-        await until(lambda: bool(told(store)))
+        holds_everybody_up(3.0)
+        await until(lambda: any(one.delay_s > 2.8 for one in told(store)))
     stalled = max(told(store), key=lambda one: one.delay_s)
-    assert stalled.delay_s > 0.8
-    assert stalled.cpu_s < 0.8, "it waited and did not compute"
+    assert stalled.cpu_s < 2.0, "it waited and did not compute"
     assert any(place.endswith("holds_everybody_up") for place in stalled.stack)
     assert not any("/" in place for place in stalled.stack), "no paths of this machine"
     assert watch.delays.worst_s == pytest.approx(stalled.delay_s, abs=0.001)
@@ -71,14 +70,14 @@ async def test_one_that_computes_says_so(journal: Journal, store: MemoryEventSto
 async def test_many_in_a_row_are_one_event_and_the_next_tells_the_worst(
     journal: Journal, store: MemoryEventStore
 ) -> None:
-    watch = LoopWatch(journal, LoopWatchSettings(stall_s=0.2, record_every_s=5.0))
+    watch = LoopWatch(journal, LoopWatchSettings(stall_s=0.2, record_every_s=10.0))
     async with watch.watching():
         await asyncio.sleep(0.05)
         for seconds in (0.4, 0.5, 0.9, 0.4):
             holds_everybody_up(seconds)
             await asyncio.sleep(0.1)
         assert len(told(store)) == 1
-        await until(lambda: len(told(store)) == 2)
+        await until(lambda: len(told(store)) == 2, timeout_s=60.0)
     first, second = told(store)
     assert first.others == 0
     assert (second.others >= 2, second.delay_s > 0.8) == (True, True)

@@ -30,9 +30,8 @@ OTHER = Leaseholder(gateway="gw-2", address="x", system_id=246, has_standby=True
 
 @pytest.fixture(autouse=True)
 def soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leases are looked at often, and a gateway alone does not wait long."""
+    """Leases are looked at often."""
     monkeypatch.setattr(site_lease, "RENEWED_EVERY_S", 0.01)
-    monkeypatch.setattr(site_lease, "DECIDED_S", 0.2)
     monkeypatch.setattr(handover, "AGAIN_S", 0.01)
     monkeypatch.setattr(handover, "ASKED_AGAIN_S", 0.05)
 
@@ -370,7 +369,10 @@ async def test_with_a_standby_a_gateway_alone_that_loses_a_vehicle_commands_noth
         await until(lease.may_command)
 
 
-async def test_with_a_standby_a_gateway_that_starts_is_not_alone_and_asks_who_follows_its_runs() -> None:
+async def test_with_a_standby_a_gateway_that_starts_is_not_alone_and_asks_who_follows_its_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(site_lease, "DECIDED_S", 0.2)  # nobody answers
     rig = Rig()
     rig.handover.is_answered = False
     async with rig.gateway("gw-1", standby=True) as lease:

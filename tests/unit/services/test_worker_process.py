@@ -90,7 +90,7 @@ async def test_a_defect_in_a_function_loses_the_worker_and_nothing_else(worker: 
 
 
 async def test_a_worker_that_stands_still_is_given_up() -> None:
-    worker = WorkerProcess(answer_s=5.0)
+    worker = WorkerProcess(answer_s=15.0)
     pid = await worker.call(os.getpid)
     os.kill(pid, signal.SIGSTOP)
     impatient = asyncio.create_task(worker.call(abs, -3))

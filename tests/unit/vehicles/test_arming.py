@@ -6,6 +6,7 @@ import asyncio
 import json
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import pytest
 
@@ -17,7 +18,9 @@ from app.vehicles.modes import Arming
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 
-SETTINGS = LinkSettings(command_timeout_s=0.1, mode_seen_timeout_s=1.0, command_attempts=3, refusal_text_window_s=0.01)
+SETTINGS = LinkSettings(command_timeout_s=3.0, mode_seen_timeout_s=10.0, command_attempts=3, refusal_text_window_s=0.01)
+"""Answers and HEARTBEATs come within 0.2 s, or later on a busy machine."""
+UNANSWERED = replace(SETTINGS, command_timeout_s=0.1)
 ACCEPTED, TEMPORARILY_REJECTED = 0, 1
 HOLD = 50593792
 """PX4's custom_mode: main mode 4, sub mode 3."""
@@ -31,14 +34,14 @@ def stand_still(seconds: float) -> None:
 class Armed:
     """An armed vehicle that answers each disarming with these results, and obeys the one of this number."""
 
-    def __init__(self, obeys: int, results: Sequence[int | None] = ()) -> None:
+    def __init__(self, obeys: int, results: Sequence[int | None] = (), *, settings: LinkSettings = SETTINGS) -> None:
         self.obeys = obeys
         self.results = iter(results)
         self.sent = 0
         self.stands_still_s = 0.0
         self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
         sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None), 245)
-        self.arming = Arming(sender, self.inbox, SETTINGS)
+        self.arming = Arming(sender, self.inbox, settings)
 
     def _take(self, _message: Outgoing) -> None:
         self.sent += 1
@@ -76,7 +79,7 @@ async def test_a_flying_vehicle_refuses_to_be_disarmed() -> None:
 
 
 async def test_a_disarming_that_is_obeyed_and_never_answered_is_done() -> None:
-    vehicle = Armed(obeys=1, results=[None, None, None])
+    vehicle = Armed(obeys=1, results=[None, None, None], settings=UNANSWERED)
     await vehicle.arming.disarm()
     assert vehicle.sent == 3, "a HEARTBEAT without an answer may have been under way"
 
@@ -100,7 +103,7 @@ async def test_a_vehicle_that_stays_armed_is_told() -> None:
 
 async def test_a_process_that_stood_still_does_not_disarm_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.domain.vehicle.commands.LATE_S", 0.5)
-    vehicle = Armed(obeys=2)
+    vehicle = Armed(obeys=2, settings=UNANSWERED)
     vehicle.stands_still_s = 1.5
     with pytest.raises(LinkTimeoutError):
         await vehicle.arming.disarm()

@@ -17,6 +17,9 @@ from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.controlled_vehicle import SETTINGS, ControlledVehicle, controlled_vehicle
 from tests.support.reasons import some, words
 
+GAP_S = 2.0
+"""A standstill of this process, and not one of a busy machine."""
+
 
 async def fly_plane(plane: ControlledVehicle) -> None:
     plane.take()
@@ -118,10 +121,10 @@ async def test_a_last_word_that_is_not_answered_yet_is_not_said_to_a_pilot(mode:
 
 
 async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_commanded() -> None:
-    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=0.3)) as quad:
+    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=GAP_S)) as quad:
         await quad.flown()
         before = len(quad.vehicle.sent)
-        time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
+        time.sleep(GAP_S + 1.0)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
         sent = len(quad.sent)
         with pytest.raises(LeaseLostError):
             quad.put()  # a frame that was buffered meanwhile comes before the next tick
@@ -132,15 +135,15 @@ async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_command
 
 
 async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_its_cause() -> None:
-    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=0.3)) as quad:
+    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=GAP_S)) as quad:
         await quad.flown()
-        time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
+        time.sleep(GAP_S + 1.0)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
         quad.vehicle.put(mode=FlightMode.RETURN)  # its own failsafe; the message is read before the next tick
         assert "was suspended" in describe(quad.control.reason)
 
 
 async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
-    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=1.0)) as quad:
+    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=GAP_S)) as quad:
         await quad.flown()
         looked, sent = quad.vehicle.state, 0
 
@@ -148,7 +151,7 @@ async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
             nonlocal sent
             quad.vehicle.state = looked  # type: ignore[method-assign]
             sent = len(quad.sent)
-            time.sleep(1.2)
+            time.sleep(GAP_S + 1.0)
             return looked()
 
         quad.vehicle.state = look_and_stand_still  # type: ignore[method-assign]

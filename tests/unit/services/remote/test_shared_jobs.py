@@ -69,7 +69,10 @@ async def test_one_that_is_too_late_expires_and_says_why_no_vehicle_could_fly_it
     async with two_sites() as sites:
         for service in sites.services.values():
             service.vehicles[0].put(connected=False)
-        job = await sites.order(deadline=datetime.fromtimestamp(time.time() + 0.2, UTC).isoformat())
+        job = await sites.order(deadline=datetime.fromtimestamp(time.time() + 60.0, UTC).isoformat())
+        await looks(sites)
+        assert sites.job(job).state is JobState.QUEUED
+        sites.pass_time(61.0)
         await sites.until(lambda: sites.job(job).state is JobState.EXPIRED, "it must expire")
         assert [one.vehicle_id for one in sites.job(job).candidates] == ["north-v1", "south-v1"]
 
@@ -160,7 +163,7 @@ async def test_a_gateway_takes_no_job_that_was_given_to_it_long_ago() -> None:
     async with job_service(1, site="north") as service:
         order = a_job(fence=2).given(CLAIM, "run-1", (Candidate(vehicle_id="north-v1", chosen=True),), now=0.0)
         given = order.changed(now=service.clock.now() - TAKEN_WITHIN_S - 1.0)
-        with pytest.raises(JobNotTakenError, match="16 s ago"):
+        with pytest.raises(JobNotTakenError, match=r"(1[6-9]|[2-9]\d) s ago"):
             await service.jobs.take(given)
         assert (await service.jobs.take(given.changed(now=service.clock.now()))).claim is not None
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -22,7 +21,6 @@ from tests.support.events import data_of
 from tests.support.fakes import ManualClock
 from tests.support.plan_pieces import at
 from tests.support.run_service import RunService, restarted, run_service
-from tests.support.scripted_link import FAST
 
 ALTERNATE = at(0, 120, relative_altitude_m=20, id="locker", hold_s=20)
 
@@ -197,7 +195,7 @@ async def test_a_drop_refused_at_its_moving_target_is_made_at_its_fixed_alternat
 @pytest.fixture
 async def unheard() -> AsyncIterator[RunService]:
     """A run that was sent to its alternate and is not heard on the way there."""
-    async with run_service(changes=_plain, settings=replace(FAST, lost_after_s=60.0)) as made:
+    async with run_service(changes=_plain) as made:
         await made.create()
         made.vehicle.answers = [[MavResult.DENIED]]
         await made.fly_to_drop()

@@ -31,6 +31,7 @@ from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.events import data_of
 from tests.support.paths import PLANS
 from tests.support.run_service import RunService, restarted, run_service
+from tests.support.scripted_link import FAST
 
 MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
 COMPILED = MISSION.drops[0]
@@ -274,7 +275,8 @@ async def test_after_a_restart_before_the_hold_it_is_asked_as_before() -> None:
 
 async def test_a_vehicle_that_is_not_found_after_a_restart_takes_no_answer() -> None:
     async with asked_desk() as service:
-        await restarted(service, meanwhile=lambda: service.vehicle.put(connected=False))
+        settings = replace(FAST, lost_after_s=1.0)
+        await restarted(service, meanwhile=lambda: service.vehicle.put(connected=False), settings=settings)
         with pytest.raises(ConsentNotAskedError, match="restarted"):
             await service.runs.answer_consent(service.run_id, "drop", GRANT, "anna")
         await service.until_state(RunState.LOST)

@@ -23,7 +23,7 @@ from tests.support.events import data_of
 from tests.support.run_service import RunService, run_service
 from tests.support.scripted_link import FAST
 
-PATIENT = replace(FAST, armable_s=5.0)
+PATIENT = replace(FAST, armable_s=60.0)
 LEFT_OVER = tuple(mode for mode in FlightMode if mode is not FlightMode.HOLD)
 
 

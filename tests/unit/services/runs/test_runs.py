@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 
@@ -19,6 +20,7 @@ from app.domain.errors import (
 )
 from app.domain.events import EventKind
 from app.domain.events.run import CommandOutcome, RunAck
+from app.domain.flight import step
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import MavResult
@@ -26,6 +28,7 @@ from app.domain.vehicle.facts import DuplicateSystem, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState
 from tests.support.events import data_of
 from tests.support.run_service import RunService, run_service
+from tests.support.scripted_link import FAST
 
 
 async def land(service: RunService, *, complete: bool = True, over: bool = True) -> None:
@@ -58,7 +61,8 @@ async def test_a_delivery_is_uploaded_started_dropped_resumed_and_completed() ->
         assert (await service.create(start=False)).id != "", "the vehicle is free as soon as the end can be known"
 
 
-async def test_a_report_that_the_mission_is_done_may_come_after_the_disarming() -> None:
+async def test_a_report_that_the_mission_is_done_may_come_after_the_disarming(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(step, "LAST_REPORTS_S", 30.0)
     async with run_service() as service:
         await service.create()
         await service.fly_to_drop()
@@ -122,7 +126,7 @@ async def test_an_abort_during_the_upload_ends_the_transfer() -> None:
 
 
 async def test_arming_is_tried_again_until_the_vehicle_is_armable() -> None:
-    async with run_service() as service:
+    async with run_service(settings=replace(FAST, armable_s=30.0)) as service:
         service.vehicle.arm_refusals = 2
         await service.create()
         await service.until_state(RunState.FLYING)
@@ -306,7 +310,7 @@ async def test_a_reboot_in_flight_fails_the_run_and_starts_nothing_again() -> No
 
 
 async def test_a_vehicle_not_heard_any_more_is_lost_in_the_end() -> None:
-    async with run_service() as service:
+    async with run_service(settings=replace(FAST, lost_after_s=0.3)) as service:
         await service.create()
         await service.until_state(RunState.FLYING)
         service.vehicle.put(connected=False)

@@ -14,6 +14,7 @@ from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.facts import MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState
+from app.services.runs import gates
 from app.services.runs.prepare import Preparation
 from tests.support.run_service import RunService, restarted, run_service
 from tests.support.scripted_link import FAST
@@ -69,7 +70,8 @@ async def test_the_same_vehicle_flies_embedded_drops() -> None:
         await service.until_state(RunState.FLYING)
 
 
-async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known() -> None:
+async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gates, "LONGEST_LOOK_S", 60.0)
     async with run_service() as service:
         await _uploaded(service)
         service.vehicle.put(clock=_clock(5.0, 2.0))
@@ -82,7 +84,11 @@ async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known() ->
 
 
 @pytest.mark.parametrize(("rate", "arms"), [(1.0, True), (10.0, False)])
-async def test_a_clock_that_is_not_measured_yet_is_listened_to_first(rate: float, arms: bool) -> None:
+async def test_a_clock_that_is_not_measured_yet_is_listened_to_first(
+    rate: float, arms: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gates, "LONGEST_UNMEASURED_S", 60.0)
+    monkeypatch.setattr(gates, "LONGEST_LOOK_S", 60.0)
     async with run_service() as service:
         await _uploaded(service)
         service.vehicle.put(clock=_clock(rate, 0.5))
