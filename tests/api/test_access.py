@@ -12,6 +12,7 @@ from app.api.application import ROUTES
 from app.services.access import Role
 from app.services.attempts import MOST_FAILURES
 from tests.support.events import data_of
+from tests.support.fakes import ManualClock
 from tests.support.guarded import path_of
 from tests.support.listener import listen
 from tests.support.service_in_process import SETTINGS, Service, run_service
@@ -131,12 +132,13 @@ async def test_what_a_proxy_on_this_machine_passes_on_is_not_this_machine(servic
 
 
 async def test_a_token_that_has_expired_opens_nothing_and_ends_its_socket(tmp_path: Path) -> None:
-    settings = replace(SETTINGS, access_again_s=0.05)
-    async with run_service(tmp_path, settings=settings) as service:
-        _, secret = await service.access.create_token("brief", Role.VIEWER, lifetime_s=2.0)
+    settings, clock = replace(SETTINGS, access_again_s=0.05), ManualClock()
+    async with run_service(tmp_path, settings=settings, access_clock=clock) as service:
+        _, secret = await service.access.create_token("brief", Role.VIEWER, lifetime_s=60.0)
         headers = {"Authorization": f"Bearer {secret}"}
         async with listen(service, headers=headers) as listener:
             await listener.frame("snapshot")
+            clock.time_s += 60.0
             assert await listener.close_code() == 4401
         status, _, problem = await service.call("GET", "/api/v1/vehicles", headers=headers)
         assert (status, problem["code"]) == (401, "auth.invalid")
@@ -157,7 +159,7 @@ async def test_an_address_that_guesses_tokens_is_told_to_wait(guarded: Service) 
     async with guarded.http.ws_connect(
         f"{guarded.url}/api/v1/stream", protocols=("waydrop.v1", "bearer.wrong")
     ) as socket:
-        await socket.receive(timeout=5)
+        await socket.receive(timeout=60)
         assert socket.close_code == 1013
 
 
@@ -183,7 +185,7 @@ async def test_a_socket_without_a_good_token_is_closed_with_4401(guarded: Servic
     url = f"{guarded.url}/api/v1/stream"
     for protocols in ((), ("waydrop.v1",), ("waydrop.v1", "bearer.wrong"), ("waydrop.v1", "bearer.")):
         async with guarded.http.ws_connect(url, protocols=protocols) as socket:
-            message = await socket.receive(timeout=5)
+            message = await socket.receive(timeout=60)
             assert (message.data, socket.close_code) == (4401, 4401), protocols
 
 

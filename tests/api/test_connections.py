@@ -104,8 +104,8 @@ async def test_a_client_that_takes_nothing_of_its_answers_is_cut() -> None:
 
 async def test_a_request_whose_head_does_not_come_is_cut_however_it_dribbles() -> None:
     async with served(ConnectionLimits(head_s=0.5)) as port:
-        peer = await begun(port, HALF)
         since = time.monotonic()
+        peer = await begun(port, HALF)
 
         async def dribble() -> None:
             with suppress(ConnectionError):

@@ -110,7 +110,7 @@ async def test_the_frames_that_come_are_the_frames_that_are_described(service: S
     seen: set[str] = set()
     async with service.http.ws_connect(f"{service.url}/api/v1/stream?after=0") as socket:
         while seen != {"hello", "snapshot", "event", "telemetry"}:
-            frame = await socket.receive_json(timeout=5)
+            frame = await socket.receive_json(timeout=60)
             payload = document["components"]["messages"][frame["type"]]["payload"]
             schema = {**payload, "components": document["components"]}
             assert [error.message for error in Draft202012Validator(schema).iter_errors(frame)] == []

@@ -63,7 +63,7 @@ async def test_a_socket_that_closes_while_leaving_is_hold_too(service: Service, 
 
         link.return_to_launch = slow  # type: ignore[method-assign]
         await ann.socket.send_json({"type": "leave", "to": "return"})
-        await asyncio.wait_for(waits.wait(), 10)
+        await asyncio.wait_for(waits.wait(), 60)
         link.return_to_launch = original  # type: ignore[method-assign]
     await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
     assert service.services.offboard.vehicle("v1").lease is None

@@ -6,6 +6,7 @@ import asyncio
 import io
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -120,15 +121,16 @@ async def test_common_refusals_are_the_same_on_every_route(service: Service) -> 
         assert (status, problem["code"]) == (417, "request.expectation"), path
 
 
-async def test_a_body_that_never_ends_is_408(service: Service) -> None:
+async def test_a_body_that_never_ends_is_408(tmp_path: Path) -> None:
     async def endless() -> Any:
         yield b"{"
         await asyncio.sleep(30)
         yield b"}"
 
-    status, _, problem = await service.call(
-        "POST", "/api/v1/plans", data=endless(), headers={"Content-Type": "application/json"}
-    )
+    async with run_service(tmp_path, settings=replace(SETTINGS, body_timeout_s=0.5)) as service:
+        status, _, problem = await service.call(
+            "POST", "/api/v1/plans", data=endless(), headers={"Content-Type": "application/json"}
+        )
     assert (status, problem["code"]) == (408, "request.timeout")
 
 

@@ -11,6 +11,7 @@ from app.services.retention import Retention, RetentionPeriods
 from app.storage import verify_journal
 from tests.support.fakes import ManualClock
 from tests.support.listener import listen
+from tests.support.runs_api import reaches
 from tests.support.service_in_process import Service, run_service
 from tests.support.uploads import JPEG, a_run, attach
 
@@ -95,6 +96,7 @@ async def test_a_delivery_report_says_that_the_beginning_of_the_run_was_deleted(
     async with run_service(tmp_path) as service:
         run_id = await a_run(service, plan)
         await service.call("POST", f"/api/v1/runs/{run_id}/abort")
+        await reaches(service, run_id, "aborted")
         report, journal = f"/api/v1/runs/{run_id}/delivery-report", service.services.journal
         _, _, whole = await service.call("GET", report)
         assert whole["is_whole"]

@@ -27,8 +27,8 @@ SPEED = "/api/v1/simulator/speed"
 CUT = {"vehicle": "v1", "fault": "link_cut", "value": True}
 
 
-def with_control(port: int) -> Callable[[ApiServices], ApiServices]:
-    control = SimulatorControlSocket("127.0.0.1", port, answer_s=0.3)
+def with_control(port: int, answer_s: float = 20.0) -> Callable[[ApiServices], ApiServices]:
+    control = SimulatorControlSocket("127.0.0.1", port, answer_s=answer_s)
     return lambda services: replace(
         services, simulation=Simulation(control, services.fleet, services.runs, services.journal)
     )
@@ -138,17 +138,22 @@ async def test_a_dead_simulator_is_no_longer_available(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("answer", "reason"),
-    [(None, "within 0.3 s"), (b"hello\n", "sent an invalid answer"), (b"{}\n", "sent an invalid answer")],
+    ("answer", "answer_s", "reason"),
+    [
+        (None, 0.3, "within 0.3 s"),
+        (b"hello\n", 20.0, "sent an invalid answer"),
+        (b"{}\n", 20.0, "sent an invalid answer"),
+    ],
 )
 async def test_a_simulator_that_says_nothing_or_nonsense_is_no_answer(
-    simulated: Service, simulator: ScriptedSimulator, answer: bytes | None, reason: str
+    tmp_path: Path, simulator: ScriptedSimulator, answer: bytes | None, answer_s: float, reason: str
 ) -> None:
     simulator.answer_to_faults = answer
-    status, _, problem = await simulated.call("POST", FAULTS, json=CUT)
-    assert (status, problem["code"]) == (504, "simulator.no_answer")
-    assert reason in problem["detail"]
-    assert [data["problem"] for _, data in await told(simulated)] == [None, problem["detail"]]
+    async with run_service(tmp_path, change=with_control(simulator.port, answer_s)) as service:
+        status, _, problem = await service.call("POST", FAULTS, json=CUT)
+        assert (status, problem["code"]) == (504, "simulator.no_answer")
+        assert reason in problem["detail"]
+        assert [data["problem"] for _, data in await told(service)] == [None, problem["detail"]]
 
 
 @pytest.mark.parametrize(

@@ -76,12 +76,17 @@ async def test_a_client_that_does_not_answer_pings_is_let_go(tmp_path: Path) -> 
     async with run_service(tmp_path, settings=replace(SETTINGS, heartbeat_s=0.2)) as service:
         deaf = DeafClient(service.port)
         await deaf.open()
-        begun = time.monotonic()
-        await deaf.read_to_the_end(timeout_s=10)
-        assert time.monotonic() - begun < 8
+        await deaf.read_to_the_end(timeout_s=25)  # at the 20 s of the settings it would be let go after 30 s
         deaf.close()
 
 
+@pytest.fixture
+def patient_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stop waits for handlers so long that a busy machine gets through them, and that a hang is seen."""
+    monkeypatch.setattr("app.api.server.SHUTDOWN_S", 60.0)
+
+
+@pytest.mark.usefixtures("patient_stop")
 async def test_a_stop_closes_sockets_with_1001_and_does_not_wait_for_a_deaf_one(tmp_path: Path) -> None:
     async with AsyncExitStack() as clients:
         async with run_service(tmp_path, settings=replace(SETTINGS, close_grace_s=0.5)) as service:
@@ -94,7 +99,7 @@ async def test_a_stop_closes_sockets_with_1001_and_does_not_wait_for_a_deaf_one(
             await socket.receive_json()
             reader = asyncio.create_task(_to_the_end(socket))
             begun = time.monotonic()
-        assert time.monotonic() - begun < 8
+        assert time.monotonic() - begun < 30
         assert await reader == 1001
         assert close_frame(1001) in await deaf.read_to_the_end()
 
@@ -112,6 +117,7 @@ class SlowAccess(Access):
         return await super().has_tokens()
 
 
+@pytest.mark.usefixtures("patient_stop")
 @pytest.mark.parametrize("path", ["/api/v1/stream", "/api/v1/vehicles/v1/offboard", "/api/v1/targets/ship-1/reports"])
 async def test_a_socket_that_is_being_opened_as_the_service_stops_is_ended_with_1001_too(
     tmp_path: Path, path: str
@@ -127,9 +133,9 @@ async def test_a_socket_that_is_being_opened_as_the_service_stops_is_ended_with_
             deaf = DeafClient(service.port)
             clients.callback(deaf.close)
             await deaf.open(path)
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(60):
                 await slow[0].asked.wait()
-            # A stop ends the sockets there are at once, then gives handlers under way 10 s: this one goes on in those.
+            # A stop ends the sockets there are at once, then waits for handlers under way: this one goes on meanwhile.
             asyncio.get_running_loop().call_later(0.5, slow[0].gate.set)
         assert close_frame(1001) in await deaf.read_to_the_end()
 

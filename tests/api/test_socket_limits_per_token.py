@@ -25,7 +25,7 @@ async def test_sockets_that_are_refused_take_none_from_those_that_are_not(tmp_pa
             clients.callback(deaf.close)
             await deaf.open()
         socket = await stack.enter_async_context(service.http.ws_connect(service.url + STREAM, headers=admin))
-        assert (await socket.receive_json(timeout=10))["type"] == "hello"
+        assert (await socket.receive_json(timeout=60))["type"] == "hello"
         status, _, problem = await service.call("GET", STREAM, headers=HANDSHAKE)
         assert (status, problem["code"]) == (401, "auth.required"), "more of them are refused without a socket"
         clients.close()
@@ -37,7 +37,7 @@ async def test_one_token_has_its_share_and_another_one_gets_in(tmp_path: Path) -
         viewer, admin = await service.token(Role.VIEWER), await service.token(Role.ADMIN)
         for headers in (viewer, viewer, admin):
             socket = await stack.enter_async_context(service.http.ws_connect(service.url + STREAM, headers=headers))
-            assert (await socket.receive_json(timeout=10))["type"] == "hello"
+            assert (await socket.receive_json(timeout=60))["type"] == "hello"
         status, headers, problem = await service.call("GET", STREAM, headers=HANDSHAKE | viewer)
         assert (status, problem["code"]) == (429, "stream.token_limit_reached")
         assert int(headers["Retry-After"]) > 0
@@ -47,4 +47,4 @@ async def test_without_tokens_the_person_at_this_machine_may_have_them_all(tmp_p
     async with run_service(tmp_path, settings=FEW) as service, AsyncExitStack() as stack:
         for _ in range(FEW.max_sockets):
             socket = await stack.enter_async_context(service.http.ws_connect(service.url + STREAM))
-            assert (await socket.receive_json(timeout=10))["type"] == "hello"
+            assert (await socket.receive_json(timeout=60))["type"] == "hello"

@@ -35,11 +35,11 @@ async def reporter(service: Service, **options: Any) -> AsyncIterator[aiohttp.Cl
 
 async def answer(socket: aiohttp.ClientWebSocketResponse, frame: dict[str, Any]) -> dict[str, Any]:
     await socket.send_json(frame)
-    return dict(await socket.receive_json(timeout=10))
+    return dict(await socket.receive_json(timeout=60))
 
 
 async def close_code(socket: aiohttp.ClientWebSocketResponse) -> int | None:
-    assert (await socket.receive(timeout=10)).type is WSMsgType.CLOSE
+    assert (await socket.receive(timeout=60)).type is WSMsgType.CLOSE
     return socket.close_code
 
 
@@ -89,7 +89,7 @@ async def test_what_is_no_report_is_refused_and_the_socket_stays(
 ) -> None:
     async with reporter(service) as socket:
         await socket.send_str(text)
-        refused = await socket.receive_json(timeout=10)
+        refused = await socket.receive_json(timeout=60)
         assert (refused["type"], refused["code"], refused["id"]) == ("error", "request.invalid", said_id)
         assert refused["detail"]
         assert (await service.call("GET", "/api/v1/targets/ship-1"))[0] == 404

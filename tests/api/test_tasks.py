@@ -202,14 +202,14 @@ async def test_the_end_of_the_socket_is_the_end_of_the_queue_and_hold(service: S
 async def test_every_watcher_sees_the_report_with_the_telemetry(service: Service, link: FakeLink) -> None:
     lease = await leased(service)
     async with service.http.ws_connect(f"{service.url}/api/v1/stream") as stream:
-        hello = await stream.receive_json(timeout=10)
+        hello = await stream.receive_json(timeout=60)
         assert hello["type"] == "hello"
-        snapshot = await stream.receive_json(timeout=10)
+        snapshot = await stream.receive_json(timeout=60)
         assert snapshot["vehicles"][0]["state"]["offboard"]["tasks"] is None, "never used"
         await service.call("POST", PATH, json={"lease": lease, "task": GOTO})
         seen: dict[str, Any] = {}
         while {"event", "telemetry"} - set(seen):
-            frame = await stream.receive_json(timeout=10)
+            frame = await stream.receive_json(timeout=60)
             if frame["type"] == "event" and frame["event"]["kind"] == "task.changed":
                 seen["event"] = frame["event"]["data"]
             tasks = (frame.get("vehicles") or {}) and (frame["vehicles"]["v1"]["offboard"] or {}).get("tasks")

@@ -8,25 +8,34 @@ import re
 import sys
 import time
 from asyncio.subprocess import PIPE
+from collections.abc import Iterator
 from typing import Any
+
+import pytest
 
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.webhook import MAX_HOOKS, Backoff
 from app.webhooks.http_sender import TOTAL_S
+from tests.support.cluster_servers import held_port
 from tests.support.deliveries import DELIVERED, a_plan, deliver
 from tests.support.paths import ROOT
 from tests.support.service_in_process import Service
-from tests.support.service_process import free_tcp_port
 
 PAGE = (ROOT / "docs" / "how-to" / "receive-webhooks.md").read_text(encoding="utf-8")
 
 
+@pytest.fixture
+def port() -> Iterator[int]:
+    """A port that nobody else is given before the receiver takes it."""
+    with held_port() as held:
+        yield held
+
+
 async def test_the_receiver_of_the_page_takes_what_is_signed_and_nothing_else(
-    service: Service, plan: dict[str, Any]
+    service: Service, plan: dict[str, Any], port: int
 ) -> None:
     program = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
     assert program is not None
-    port = free_tcp_port()
     url = f"http://127.0.0.1:{port}/"
     plan_id = await a_plan(service, plan)
     _, _, made = await service.call("POST", "/api/v1/webhooks", json={"url": url})

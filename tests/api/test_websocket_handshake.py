@@ -21,7 +21,7 @@ LEAST = {STREAM: Role.VIEWER, OFFBOARD: Role.PILOT, REPORTS: Role.DISPATCHER}
 
 
 async def close_code(socket: aiohttp.ClientWebSocketResponse) -> int | None:
-    while not (await socket.receive(timeout=10)).type.name.startswith("CLOS"):
+    while not (await socket.receive(timeout=60)).type.name.startswith("CLOS"):
         pass
     return socket.close_code
 

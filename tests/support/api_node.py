@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
+import pytest
+
 from app.api import ApiServices
 from app.cluster import BusSettings, open_bus
 from app.cluster_application import api_node, joined
@@ -65,17 +67,19 @@ async def run_node(folder: Path, servers: ClusterServers) -> AsyncIterator[Servi
         telemetry_period_s=LOOK_AGAIN_S,
     )
     bus_settings = BusSettings(servers=settings.nats_servers, name="test")
-    async with run_service(folder, site=SITE) as gateway, api_node(settings) as url, open_bus(bus_settings) as bus:
-        await _until_answered(bus, LEADER_CALLS)  # or the relay asks in vain at first
-        async with (
-            joined(settings, gateway.storage, _gateway_services(gateway.services)),
-            open_cluster_storage(_text(settings), key_file=folder / "secret.key") as store,
-        ):
-            access = Access(store.tokens, SystemClock(), None)
-            services = replace(gateway.services, access=access)
-            node = replace(gateway, port=urlsplit(url).port or 0, services=services, site=SITE)
-            await _until_reported(node)
-            yield node
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.services.remote.journal.REACHED_TIMEOUT_S", SOON_S)  # or a late view answers
+        async with run_service(folder, site=SITE) as gateway, api_node(settings) as url, open_bus(bus_settings) as bus:
+            await _until_answered(bus, LEADER_CALLS)  # or the relay asks in vain at first
+            async with (
+                joined(settings, gateway.storage, _gateway_services(gateway.services)),
+                open_cluster_storage(_text(settings), key_file=folder / "secret.key") as store,
+            ):
+                access = Access(store.tokens, SystemClock(), None)
+                services = replace(gateway.services, access=access)
+                node = replace(gateway, port=urlsplit(url).port or 0, services=services, site=SITE)
+                await _until_reported(node)
+                yield node
 
 
 def _gateway_services(services: ApiServices) -> GatewayServices:

@@ -31,7 +31,7 @@ class Pilot:
         return frame
 
     async def frame(self) -> dict[str, Any]:
-        frame: dict[str, Any] = await self.socket.receive_json(timeout=10)
+        frame: dict[str, Any] = await self.socket.receive_json(timeout=60)
         return frame
 
     async def state(self, state: str) -> dict[str, Any]:
@@ -41,7 +41,7 @@ class Pilot:
         return dict(frame["offboard"])
 
     async def close_code(self) -> int | None:
-        while not (await self.socket.receive(timeout=10)).type.name.startswith("CLOS"):
+        while not (await self.socket.receive(timeout=60)).type.name.startswith("CLOS"):
             pass
         return self.socket.close_code
 

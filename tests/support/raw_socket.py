@@ -16,15 +16,24 @@ HANDSHAKE = (
 
 
 async def exchange(port: int, request: bytes, *, timeout_s: float = 15.0) -> bytes:
-    """Send bytes, and read until the server closes or has nothing more to say."""
+    """Send bytes, and read until the server closes or has nothing more to say.
+
+    A server that closes without having read all resets the connection behind its answer.
+    """
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    answer = b""
     try:
         writer.write(request)
         await writer.drain()
         async with asyncio.timeout(timeout_s):
-            return await reader.read(-1)
+            while chunk := await reader.read(65536):
+                answer += chunk
+    except ConnectionResetError:
+        if not answer:
+            raise
     finally:
         writer.close()
+    return answer
 
 
 def status_of(answer: bytes) -> int:

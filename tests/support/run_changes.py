@@ -17,7 +17,7 @@ async def flying(service: Service, plan: dict[str, Any], item_id: str = "corner"
     await reaches(service, run["id"], "flying")
     seq = {"corner": 1, "clinic": 2}[item_id]
     service.links[0].change(mission_seq=seq, landed=LandedState.IN_AIR, mode=FlightMode.MISSION)
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(60):
         while run["item_id"] != item_id:
             await asyncio.sleep(LOOK_AGAIN_S)
             _, _, run = await service.call("GET", f"/api/v1/runs/{run['id']}")

@@ -29,9 +29,10 @@ async def create(service: Service, plan_id: str, vehicle_id: str | None = None, 
 
 async def reaches(service: Service, run_id: str, *states: str) -> dict[str, Any]:
     """Wait for one of these states."""
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(60):
         while True:
-            _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
+            status, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
+            assert status == 200, run
             if run["state"] in states:
                 return dict(run)
             await asyncio.sleep(LOOK_AGAIN_S)

@@ -48,10 +48,10 @@ from tests.support.known_guards import KnownGuards
 from tests.support.known_links import KnownLinks
 from tests.support.patience import Patience
 
-SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
+SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test")
 
-PATIENT = OffboardSettings(stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=20.0, gone_s=30.0))
-"""On a busy machine a client of a test may be silent for long; the dead-man has tests of its own."""
+PATIENT = OffboardSettings(lease_s=60.0, stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=20.0, gone_s=30.0))
+"""On a busy machine a client of a test may be silent for long; dead-man and lease have tests of their own."""
 
 PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
 """Webhooks that try again soon."""
@@ -128,6 +128,7 @@ async def run_service(
     jobs_settings: JobSettings = LIVELY,
     attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
     telemetry_period_s: float = 0.02,
+    access_clock: Clock | None = None,
     target_clock: Clock | None = None,
     site: str | None = None,
 ) -> AsyncIterator[Service]:
@@ -142,7 +143,7 @@ async def run_service(
         for begun in (journal, fleet, telemetry):
             await begun.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
-        access = Access(storage.tokens, clock, bootstrap_token)
+        access = Access(storage.tokens, access_clock or clock, bootstrap_token)
         guarded = VehicleLinks(guards, fleet, journal)
         targets = Targets(target_clock or clock)
         work = await stack.enter_async_context(plan_work())

@@ -16,6 +16,6 @@ HANDSHAKE = {
 
 async def sockets_open(service: Service, count: int) -> None:
     """Wait until the service has taken so many sockets."""
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(60):
         while f"waydrop_websocket_clients {count}.0" not in (await service.call("GET", "/metrics"))[2]:
             await asyncio.sleep(0.01)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from pathlib import Path
 
@@ -28,10 +28,10 @@ from app.storage import Storage, open_storage
 from app.storage.events import event_row
 from app.storage.postgres import ClusterStorage, open_cluster_storage
 from tests.support.certificates import write_certificate
-from tests.support.cluster_servers import PostgresDatabases
+from tests.support.cluster_servers import PostgresDatabases, held_port
 from tests.support.service_process import until
 from tests.support.stored_samples import event, plan, run
-from tools.cluster_servers import NatsServer, free_port
+from tools.cluster_servers import NatsServer
 
 SOON_S = 60.0
 
@@ -156,8 +156,15 @@ async def _asked(bus: Bus, subject: str) -> bytes:
         return b""
 
 
-async def test_a_bus_waits_for_its_server_and_refuses_meanwhile(tmp_path: Path) -> None:
-    server = NatsServer(tmp_path / "nats", free_port())
+@pytest.fixture
+def port() -> Iterator[int]:
+    """A port that nobody else is given before the server takes it."""
+    with held_port() as held:
+        yield held
+
+
+async def test_a_bus_waits_for_its_server_and_refuses_meanwhile(tmp_path: Path, port: int) -> None:
+    server = NatsServer(tmp_path / "nats", port)
     heard: list[bytes] = []
     async with open_bus(settings(server)) as bus, bus.hearing("waydrop.test", heard.append):
         with pytest.raises(BusDownError, match="NATS is not connected"):
@@ -256,7 +263,7 @@ async def record(journal: Journal, enough: asyncio.Event) -> None:
     await journal.record(event(0), plans=(plan(),))
     while not enough.is_set():
         await journal.record(event(1, "run-1"), runs=(run(),))
-        await asyncio.sleep(0.005)
+        await asyncio.sleep(0.03)  # in five minutes fewer than are read at once
 
 
 def envelope(gateway_id: str, first: int, count: int, *, as_of: int = 0, state: RunState | None = None) -> Envelope:
@@ -439,7 +446,7 @@ GATEWAY_USER = {
 }
 
 
-async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tmp_path: Path) -> None:
+async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tmp_path: Path, port: int) -> None:
     certificate, key = write_certificate(tmp_path)
     users = [
         {"user": "api", "password": "api", "permissions": {"publish": ">", "subscribe": ">"}},
@@ -447,7 +454,7 @@ async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tm
     ]
     config = {"tls": {"cert_file": str(certificate), "key_file": str(key)}, "authorization": {"users": users}}
     (tmp_path / "nats.conf").write_text(json.dumps(config))
-    server = NatsServer(tmp_path / "nats", free_port(), tmp_path / "nats.conf")
+    server = NatsServer(tmp_path / "nats", port, tmp_path / "nats.conf")
     await asyncio.to_thread(server.start)
 
     def as_user(name: str) -> BusSettings:

@@ -18,12 +18,18 @@ from tests.support.service_process import until
 from tests.support.stored_samples import event
 
 SOON_S = 60.0
-SLOW_COMMITS = """
-CREATE FUNCTION slow() RETURNS trigger LANGUAGE plpgsql AS 'BEGIN PERFORM pg_sleep(2); RETURN NULL; END';
-CREATE CONSTRAINT TRIGGER slow AFTER INSERT ON events DEFERRABLE INITIALLY DEFERRED
-    FOR EACH ROW EXECUTE FUNCTION slow();
+HELD_COMMITS = """
+CREATE FUNCTION hold() RETURNS trigger LANGUAGE plpgsql AS
+    'BEGIN PERFORM pg_advisory_xact_lock(1); RETURN NULL; END';
+CREATE CONSTRAINT TRIGGER hold AFTER INSERT ON events DEFERRABLE INITIALLY DEFERRED
+    FOR EACH ROW EXECUTE FUNCTION hold();
+SELECT pg_advisory_lock(1);
 """
-COMMITTING = "SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() AND wait_event = 'PgSleep'"
+"""A commit waits until the connection that has said this ends."""
+COMMITTING = (
+    "SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() "
+    "AND (wait_event_type, wait_event) = ('Lock', 'advisory')"
+)
 
 
 async def test_what_may_be_stored_is_told_as_unknown_and_nobody_is_asked_to_repeat_it(
@@ -40,7 +46,7 @@ async def test_what_may_be_stored_is_told_as_unknown_and_nobody_is_asked_to_repe
     ):
         looking = await asyncpg.connect(url)
         try:
-            await looking.execute(SLOW_COMMITS)
+            await looking.execute(HELD_COMMITS)
             storing = asyncio.create_task(behind.events.append([event(1)]))
             await until(lambda: looking.fetchval(COMMITTING), bool, "it must be committing", SOON_S)
             point.drop()
