@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ from tests.support.simulated import SimulatedFleet
 
 PLAN = json.loads((PLANS / "multicopter-embedded.json").read_text())
 WITHIN_S = 120.0
+ORDERED_S = timedelta(seconds=5)
+"""Both are there before either starts: else one that came late might be given to a vehicle that is back already."""
 
 
 async def test_two_jobs_for_any_vehicle_are_flown_by_two(tmp_path: Path, http: aiohttp.ClientSession) -> None:
@@ -28,7 +31,8 @@ async def test_two_jobs_for_any_vehicle_are_flown_by_two(tmp_path: Path, http: a
         await until(
             lambda: able(dispatcher, order), lambda names: len(names) == 2, "both vehicles can have it", WITHIN_S
         )
-        made = [await dispatcher.post("/jobs", order, expect=202) for _ in range(2)]
+        later = {**order, "not_before": (datetime.now(UTC) + ORDERED_S).isoformat()}
+        made = [await dispatcher.post("/jobs", later, expect=202) for _ in range(2)]
         jobs = [
             await until(lambda job=job: dispatcher.get(f"/jobs/{job['id']}"), is_over, "the job must end", WITHIN_S)
             for job in made

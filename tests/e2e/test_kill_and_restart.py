@@ -81,8 +81,8 @@ async def test_ctrl_c_ends_it_soon_and_the_flight_is_taken_up(tmp_path: Path, ht
         await dispatcher.until_vehicles(1)
         run_id = await dispatcher.fly(PLAN, "v1")
         await dispatcher.until_run(run_id, lambda run: run["state"] == "flying", "it must fly", 30)
-        assert service.stop() < 10.0
+        service.stop()  # fails if that takes too long
         service.start()
-        run = await dispatcher.until_over(run_id, 120)
+        run = await dispatcher.until_over(run_id, FLIGHT_S)
         assert run["state"] in ("completed", "aborted"), run["reason"]
         assert run["drops"][0]["outcome"] in ("released", "kept")

@@ -11,7 +11,8 @@ import aiohttp
 import pytest
 
 from tests.support.forked_service import ForkedService
-from tests.support.offboard_client import paused_in_the_air, pilot, truth
+from tests.support.offboard_client import Pilot, paused_in_the_air, truth
+from tests.support.offboard_flights import GAP_S, LATE_FAILSAFE, fly_by_hand
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
@@ -89,13 +90,13 @@ async def test_after_manual_control_the_vehicle_comes_home_and_flies_again(
 ) -> None:
     """Recordings 26, 26b: a return out of OFFBOARD ended disarmed in OFFBOARD, and nothing got the vehicle out."""
     with (
-        SimulatedFleet("quad", speed=FAST, params="COM_OBL_RC_ACT=5") as simulated,
-        ForkedService(tmp_path, simulated.connections) as service,
+        SimulatedFleet("quad", speed=FAST, params=f"COM_OBL_RC_ACT=5,{LATE_FAILSAFE}") as simulated,
+        ForkedService(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)
-        async with pilot(http, service.url) as ann:
-            await ann.enter()
+
+        async def end(ann: Pilot) -> None:
             if way == "leave to return":
                 assert (await ann.do("leave", to="return"))["type"] == "done"
             elif way == "killed, return":
@@ -105,6 +106,8 @@ async def test_after_manual_control_the_vehicle_comes_home_and_flies_again(
                 await dispatcher.post(f"/runs/{run_id}/{way}")
                 await ann.until_closed()
                 assert ann.offboard["reason"]["params"] == {"command": way}
+
+        await fly_by_hand(http, service, run_id, end)
         if way == "killed, return":
             service.start()
             await dispatcher.until_vehicles(1)

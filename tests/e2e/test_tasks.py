@@ -11,7 +11,7 @@ import aiohttp
 
 from tests.support.forked_service import ForkedService
 from tests.support.offboard_client import paused_in_the_air, truth
-from tests.support.offboard_flights import GAP_S, in_mode
+from tests.support.offboard_flights import GAP_S, RETURNS, in_mode
 from tests.support.paths import PLANS
 from tests.support.reasons import words
 from tests.support.service_process import Dispatcher, until
@@ -31,7 +31,7 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
     with (
-        SimulatedFleet("quad", speed=4.0, params="COM_OBL_RC_ACT=3") as simulated,
+        SimulatedFleet("quad", speed=4.0, params=RETURNS) as simulated,
         ForkedService(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
@@ -39,8 +39,8 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
         async with renewed(dispatcher) as lease:
             for task in QUEUE:
                 await dispatcher.post(TASKS, {"lease": lease, "task": task}, expect=201)
-            await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
             assert (await dispatcher.get(TASKS))["report"]["task_list"] == [1, 2, 3, 4]
+            await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
             await until(
                 lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [0], "all tasks must end", 90
             )
@@ -55,17 +55,19 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
         async with renewed(dispatcher) as lease:
             await dispatcher.post(TASKS, {"lease": lease, "task": {**QUEUE[1], "duration_s": -1.0}}, expect=201)
             await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
-            assert (await truth(simulated))["mode"] == "OFFBOARD"
+            await in_mode(simulated, "OFFBOARD", "it must fly its task")
         await in_mode(simulated, "LOITER", "a client that renews nothing is Hold, not the vehicle's own failsafe")
         report = (await dispatcher.get(TASKS))["report"]
         assert (report["task_list"], report["state"]) == ([0], "idle")
         assert "not renewed" in words(report["reason"])
 
 
+LEGS_M = (400.0, 200.0, -100.0, 200.0)
+"""For 15 s of the machine's time: one that stands still for a while must not miss the path that is to be paused."""
 WING_QUEUE: list[dict[str, Any]] = [
     {"type": "goto", "point": {"east_m": 0.0, "north_m": 350.0}, "relative_altitude_m": 50.0},
     {"type": "circle", "center": {"east_m": 0.0, "north_m": 350.0}, "radius_m": -60.0, "duration_s": 2.0},
-    {"type": "path", "points": [{"east_m": 0.0, "north_m": north} for north in (400.0, 200.0, -100.0)]},
+    {"type": "path", "points": [{"east_m": 0.0, "north_m": north} for north in LEGS_M]},
 ]
 
 

@@ -16,15 +16,20 @@ from urllib.request import urlopen
 
 import pytest
 
-from app.cli.simulator_process import SimulatorProcess
+from app.cli.simulator_process import FLEET, LOCAL_PORT_OFFSET, SimulatorProcess
 from tests.support.paths import ROOT
+from tests.support.patience import Patience
 from tests.support.service_process import free_tcp_port
 from tests.support.simulated import free_udp_ports
 
 WAYDROP = Path(sys.executable).with_name("waydrop")
-START_S = 45.0
-CLEAN_END_S = 10.0
-"""An end that hangs is killed by then; 3 s are promised on a machine that is not overloaded."""
+START_S = 180.0
+COMMAND_S = 300.0
+CLEAN_END_S = 30.0
+"""They end a hang: 3 s for an end are promised on a machine that is not overloaded."""
+ANSWER_S = 30.0
+STANDSTILLS = ("the event loop stalled", '"refusal": "late"')
+"""On a busy machine each loop stands still at times, says so, and rejects what waited for too long meanwhile."""
 
 
 class Up:
@@ -46,24 +51,27 @@ class Up:
 
     def until_ready(self) -> list[str]:
         """Wait until it says that it is up; the commands that it offers."""
-        deadline = time.monotonic() + START_S
+        patience = Patience(START_S)
         while "Ctrl-C stops" not in self.said():
             assert self.process.poll() is None, self.said()
-            assert time.monotonic() < deadline, self.said()
+            assert not patience.is_over(), self.said()
             time.sleep(0.05)
         return [line.strip() for line in self.said().splitlines() if line.startswith("  ")]
 
-    def ctrl_c(self) -> float:
-        """What a terminal sends: SIGINT to the whole group. The seconds that the end took."""
-        began = time.monotonic()
+    def warnings(self) -> list[str]:
+        """What a user should not see, but for standstills of the machine."""
+        lines = [line for line in self.said().splitlines() if not any(words in line for words in STANDSTILLS)]
+        return [line for line in lines if "warning" in line or "mavsdk" in line]
+
+    def ctrl_c(self) -> int:
+        """What a terminal sends: SIGINT to the whole group. The exit status; TimeoutExpired if it does not end."""
         os.killpg(self.process.pid, signal.SIGINT)
-        self.process.wait(30)
-        return time.monotonic() - began
+        return self.process.wait(CLEAN_END_S)
 
     def kill(self) -> None:
         if self.process.poll() is None:
             self.process.kill()
-        self.process.wait(10)
+        self.process.wait(CLEAN_END_S)
 
 
 @pytest.fixture
@@ -74,9 +82,9 @@ def data_dir(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.fixture
 def vehicles() -> str:
-    """The connections of four vehicles, on ports that no other test's vehicles have."""
-    first = free_udp_ports(4)
-    return f"udpin://127.0.0.1:{first}..{first + 3}"
+    """The connections of four vehicles, on ports that no other test's vehicles have, nor send from."""
+    first = free_udp_ports(LOCAL_PORT_OFFSET + len(FLEET))
+    return f"udpin://127.0.0.1:{first}..{first + len(FLEET) - 1}"
 
 
 def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path, vehicles: str) -> None:
@@ -87,7 +95,7 @@ def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path, ve
         assert [shlex.split(command)[1] for command in commands] == ["validate", "vehicles", "fly"]
         for command in commands:
             done = subprocess.run(
-                shlex.split(command), cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+                shlex.split(command), cwd=ROOT, capture_output=True, text=True, timeout=COMMAND_S, check=False
             )
             assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}\n{up.said()}"
         assert "released" in done.stdout
@@ -95,10 +103,9 @@ def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path, ve
         assert run is not None
         sheet = data_dir / "report.html"
         report = [*shlex.split(commands[1])[:1], "runs", "report", run[0], "--server", f"http://127.0.0.1:{up.port}"]
-        subprocess.run([*report, "--output", str(sheet)], cwd=ROOT, timeout=60, check=True)
+        subprocess.run([*report, "--output", str(sheet)], cwd=ROOT, timeout=COMMAND_S, check=True)
         assert '<p class="outcome">released</p>' in sheet.read_text(encoding="utf-8")
-        assert up.ctrl_c() < CLEAN_END_S
-        assert up.process.returncode == 0, up.said()
+        assert up.ctrl_c() == 0, up.said()
     finally:
         up.kill()
     assert SimulatorProcess(data_dir).find() is None
@@ -111,19 +118,18 @@ def test_a_new_user_sees_no_warning(data_dir: Path, vehicles: str, tmp_path: Pat
     up = Up(data_dir, free_tcp_port(), vehicles, HOME=str(home))
     try:
         up.until_ready()
-        deadline = time.monotonic() + START_S
-        while len(_connected(up.port)) < 4:
-            assert time.monotonic() < deadline, up.said()
+        patience = Patience(START_S)
+        while len(_connected(up.port)) < len(FLEET):
+            assert not patience.is_over(), up.said()
             time.sleep(0.1)
-        assert "warning" not in up.said()
-        assert "mavsdk" not in up.said()
+        assert up.warnings() == []
     finally:
         up.ctrl_c()
         up.kill()
 
 
 def _connected(port: int) -> list[str]:
-    with urlopen(f"http://127.0.0.1:{port}/api/v1/vehicles", timeout=10) as answer:
+    with urlopen(f"http://127.0.0.1:{port}/api/v1/vehicles", timeout=ANSWER_S) as answer:
         return [vehicle["id"] for vehicle in json.load(answer)["vehicles"] if vehicle["state"]["connected"]]
 
 
@@ -159,12 +165,11 @@ def test_a_kill_leaves_the_vehicles_the_next_up_takes_them_over_and_one_on_the_s
         second.until_ready()
         assert f"simulated vehicles are already running (process {left.pid})" in second.said()
         assert SimulatorProcess(data_dir).find() == left
-        with urlopen(f"http://127.0.0.1:{port}/api/v1/simulator", timeout=10) as answer:
+        with urlopen(f"http://127.0.0.1:{port}/api/v1/simulator", timeout=ANSWER_S) as answer:
             assert [vehicle["type"] for vehicle in json.load(answer)["vehicles"]] == ["quad", "quad", "plane", "vtol"]
         assert_refused_on_the_same_journal(data_dir, vehicles)
         assert second.process.poll() is None
-        assert second.ctrl_c() < CLEAN_END_S
-        assert second.process.returncode == 0, second.said()
+        assert second.ctrl_c() == 0, second.said()
     finally:
         for up in filter(None, (first, second)):
             up.kill()

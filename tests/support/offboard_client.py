@@ -16,6 +16,8 @@ from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
 SEND_EVERY_S = 0.05
+ANSWER_S = 30.0
+"""It ends a hang."""
 PLAN = json.loads((PLANS / "clinic-run.json").read_text())
 
 
@@ -115,7 +117,7 @@ async def truth(fleet: SimulatedFleet) -> dict[str, Any]:
 
 
 def _truth(port: int) -> dict[str, Any]:
-    with socket.create_connection(("127.0.0.1", port), 5.0) as connection:
+    with socket.create_connection(("127.0.0.1", port), ANSWER_S) as connection:
         connection.sendall(b'{"query": "state"}\n')
         with connection.makefile("rb") as lines:
             vehicle: dict[str, Any] = json.loads(lines.readline())["vehicles"][0]
