@@ -8,15 +8,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tests.support.plan_pieces import RETURN, at, gripper, plan_json, takeoff, waypoint
-from tests.support.service_process import Dispatcher
+from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
 SPEED = 4.0
-FLIGHT_S = 120.0
+FLIGHT_S = 240.0
 LONG_HOLD_S, SHORT_HOLD_S, ASKING_HOLD_S = 40.0, 12.0, 160.0
 """Of vehicle time: the long one leaves a busy machine ten seconds to look and to command, the longest one also some for
 an answer.
 """
+DROP_SEQ, LOCKER_SEQ = 2, 4
+"""Of a mission that waits before its drop: takeoff, the wait, the drop, a jump over its alternate, the alternate."""
 
 
 class Branch:
@@ -36,10 +38,19 @@ class Branch:
         promise = f"the drop of v{self._number} must be {phases}"
         await self._dispatcher.until_run(self.run_id, lambda run: run["drops"][0]["phase"] in phases, promise, FLIGHT_S)
 
-    async def on_the_way(self, item_id: str = "item-2") -> None:
-        """Until it flies to the drop, or to its alternate."""
+    async def on_the_way(self, item_id: str = "wait") -> None:
+        """Until it flies to where it waits before the drop, or to the alternate."""
         promise = f"v{self._number} must fly to {item_id}"
         await self._dispatcher.until_run(self.run_id, lambda run: run["item_id"] == item_id, promise, FLIGHT_S)
+
+    async def passed(self, seq: int) -> None:
+        """Until the vehicle is beyond this item of its mission, or home: the simulator says so, whatever the link."""
+        await until(
+            lambda: asyncio.to_thread(self._fleet.truth, self._number),
+            lambda vehicle: vehicle["mission_seq"] > seq or not vehicle["armed"],
+            f"v{self._number} must fly beyond item {seq} of its mission",
+            FLIGHT_S,
+        )
 
     async def tell(self, action: str) -> None:
         await self._dispatcher.post(f"/runs/{self.run_id}/{action}")
@@ -47,7 +58,7 @@ class Branch:
     async def answer(self, *, grant: bool) -> None:
         """Until an operator is asked; then the answer."""
         await self.phase("asking")
-        await self._dispatcher.post(f"/runs/{self.run_id}/drops/item-3/consent", {"grant": grant, "question": 1})
+        await self._dispatcher.post(f"/runs/{self.run_id}/drops/drop/consent", {"grant": grant, "question": 1})
 
     async def unanswered(self) -> None:
         """Until the time to answer is over: it does not wait for the link."""
@@ -56,8 +67,9 @@ class Branch:
             self.run_id, lambda run: run["drops"][0]["consent"]["state"] == "timed_out", promise, FLIGHT_S
         )
 
-    async def start(self, drop: dict[str, Any], on_failure: str) -> None:
-        items = takeoff(12), waypoint(30, 0, 12), gripper(**drop), RETURN
+    async def start(self, drop: dict[str, Any], on_failure: str, *, waits_first: bool) -> None:
+        wait = [waypoint(15, 0, 12, id="wait", hold_s=LONG_HOLD_S)] if waits_first else []
+        items = takeoff(12), *wait, waypoint(30, 0, 12), gripper(id="drop", **drop), RETURN
         plan = plan_json("multicopter", *items, contingency={"on_drop_failure": on_failure})
         self.run_id = await self._dispatcher.fly(plan, f"v{self._number}")
 
@@ -69,6 +81,7 @@ class Branch:
 class Case:
     """What is done before the start and in flight, and how run and drop must end: any of the named ways.
 
+    `waits_first`: the vehicle waits before its drop, until what must come before the release has surely been done.
     `at_alternate` is how the drop there ended; None: the vehicle never went there, whether the drop has one or not.
     `after` is the case whose vehicle flies this one when it is back: one process takes at most 15.
     """
@@ -84,6 +97,7 @@ class Case:
     asks: dict[str, Any] = field(default_factory=dict)
     on_failure: str = "continue"
     consent: str | None = None
+    waits_first: bool = False
     has_alternate: bool = False
     at_alternate: tuple[str, str] | None = None
     after: str = ""
@@ -102,8 +116,8 @@ async def slow(branch: Branch) -> None:
 
 
 async def lost_ack(branch: Branch) -> None:
-    await branch.phase("holding")
-    await branch.fault("lost_ack", 2)
+    await branch.on_the_way()
+    await branch.fault("lost_ack", 2)  # nothing is commanded before the release
 
 
 async def refused_upload(branch: Branch) -> None:
@@ -117,7 +131,7 @@ async def upload_again(branch: Branch) -> None:
 async def cut_on_the_way(branch: Branch) -> None:
     await branch.on_the_way()
     await branch.fault("link_cut", True)
-    await asyncio.sleep(40.0 / SPEED)  # the hold passes unseen: this is the time that the link is away
+    await branch.passed(DROP_SEQ)  # the hold passes unseen
     await branch.fault("link_cut", False)
 
 
@@ -129,9 +143,9 @@ async def cut_while_asked(branch: Branch) -> None:
 
 
 async def cut_while_releasing(branch: Branch) -> None:
-    await branch.phase("holding")
-    await branch.fault("lost_ack", 9)  # on a busy machine the acknowledgement would come before the cut
-    await branch.phase("releasing")
+    await branch.on_the_way()
+    await branch.fault("lost_ack", 1000)  # on a busy machine the acknowledgement would come before the cut
+    await branch.phase("releasing", "done")
     await branch.fault("link_cut", True)
     await asyncio.sleep(24.0 / SPEED)
     await branch.fault("link_cut", False)
@@ -153,7 +167,7 @@ async def cut_on_the_way_to_the_alternate(branch: Branch) -> None:
     await gripper_is_gone(branch)
     await branch.on_the_way("locker")
     await branch.fault("link_cut", True)
-    await asyncio.sleep(40.0 / SPEED)  # its hold there passes unseen
+    await branch.passed(LOCKER_SEQ)  # its hold there passes unseen
     await branch.fault("link_cut", False)
 
 
@@ -190,17 +204,19 @@ SEEN = ("released", "inferred")
 KEPT = ("kept", "inferred")
 REFUSED = ("kept", "acknowledged")
 ASKS: dict[str, Any] = {"consent": "operator"}
-FAR_OFF = at(30, 50, relative_altitude_m=12, id="locker", hold_s=8.0)
+FAR_OFF = at(30, 150, relative_altitude_m=12, id="locker", hold_s=8.0)
+"""So far that there is time to cut the link on the way there."""
 ALTERNATE = {"alternate": at(30, 25, relative_altitude_m=12, id="locker", hold_s=LONG_HOLD_S)}
 CASES = (
     Case("all is well", nothing, nothing, ("completed",), (RELEASED,), range(1, 2), True),
     Case("stuck", stuck, nothing, ("completed",), (RELEASED,), range(1, 2), True, has_alternate=True),
     Case("slow", slow, nothing, ("completed",), (RELEASED,), range(1, 2), True),
-    Case("lost ack", nothing, lost_ack, ("completed",), (SEEN, RELEASED), range(1, 4), None),
+    Case("lost ack", nothing, lost_ack, ("completed",), (SEEN, RELEASED), range(1, 4), None, waits_first=True),
     Case("refused upload", refused_upload, nothing, ("failed",), (KEPT,), range(1), False),
     Case(
         *("link cut on the way", nothing, cut_on_the_way, ("completed",), (KEPT,), range(1), False),
         hold_s=SHORT_HOLD_S,
+        waits_first=True,
         has_alternate=True,
     ),
     Case(
@@ -211,16 +227,34 @@ CASES = (
         (("unknown", "none"), SEEN),
         range(1, 4),
         False,
+        waits_first=True,
         has_alternate=True,
     ),
     Case("link cut after", nothing, cut_after, ("completed",), (RELEASED,), range(1, 2), True),
-    Case("reboot", nothing, reboot, ("aborted", "failed"), (KEPT,), range(1), False, has_alternate=True),
-    Case("a pilot returns", nothing, pilot_takes_over, ("failed",), (KEPT,), range(1), False, has_alternate=True),
-    Case("the operator returns", nothing, operator_returns, ("aborted",), (KEPT,), range(1), False, has_alternate=True),
-    Case("low battery", nothing, low_battery, ("failed",), (KEPT,), range(1), False, has_alternate=True),
+    Case(
+        *("reboot", nothing, reboot, ("aborted", "failed"), (KEPT,), range(1), False),
+        waits_first=True,
+        has_alternate=True,
+    ),
+    Case(
+        *("a pilot returns", nothing, pilot_takes_over, ("failed",), (KEPT,), range(1), False),
+        waits_first=True,
+        has_alternate=True,
+    ),
+    Case(
+        *("the operator returns", nothing, operator_returns, ("aborted",), (KEPT,), range(1), False),
+        waits_first=True,
+        has_alternate=True,
+    ),
+    Case(
+        *("low battery", nothing, low_battery, ("failed",), (KEPT,), range(1), False),
+        waits_first=True,
+        has_alternate=True,
+    ),
     Case(
         *("the vehicle refuses", nothing, gripper_is_gone, ("aborted",), (KEPT, REFUSED), range(1, 2), True),
         on_failure="return",
+        waits_first=True,
         after="all is well",
     ),
     Case(
@@ -240,6 +274,7 @@ CASES = (
         *("link cut on the way to the alternate", nothing, cut_on_the_way_to_the_alternate),
         *(("completed",), (KEPT, REFUSED), range(1, 2), True),
         asks={"alternate": FAR_OFF},
+        waits_first=True,
         at_alternate=KEPT,
         after="a pilot returns",
     ),
@@ -252,7 +287,7 @@ CASES = (
     Case(
         *("link cut while asked", upload_again, cut_while_asked, ("completed",), (KEPT,), range(1), False),
         hold_s=ASKING_HOLD_S,
-        asks={**ASKS, "consent_timeout_s": 5},
+        asks={**ASKS, "consent_timeout_s": 15},  # to be seen in that time
         consent="timed_out",
         after="refused upload",
     ),

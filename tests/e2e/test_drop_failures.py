@@ -15,6 +15,7 @@ from tests.support.simulated import SimulatedFleet
 
 PARAMS = "COM_LOW_BAT_ACT=3,RTL_RETURN_ALT=12.0"
 """A low battery sends it home, and each goes home no higher than it flies: the way back is no part of the promise."""
+FOUND_S = 180.0
 
 
 async def fly(case: Case, branch: Branch) -> str:
@@ -22,7 +23,8 @@ async def fly(case: Case, branch: Branch) -> str:
     try:
         await case.before(branch)
         alternate = ALTERNATE if case.has_alternate else {}
-        await branch.start({"hold_s": case.hold_s, **case.asks, **alternate}, case.on_failure)
+        drop = {"hold_s": case.hold_s, **case.asks, **alternate}
+        await branch.start(drop, case.on_failure, waits_first=case.waits_first)
         await case.flight(branch)
         run = await branch.end()
     except AssertionError as error:
@@ -57,7 +59,7 @@ async def test_every_way_a_drop_can_fail_ends_in_its_outcome_with_evidence(
         ForkedService(tmp_path, fleet.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
-        await dispatcher.until_vehicles(len(first))
+        await dispatcher.until_vehicles(len(first), FOUND_S)
         flights = [fly_all(case, Branch(number, fleet, dispatcher)) for number, case in enumerate(first, start=1)]
         wrong = [problem for problems in await asyncio.gather(*flights) for problem in problems if problem]
         log = service.log()

@@ -12,12 +12,12 @@ from typing import Any
 import aiohttp
 
 from tests.support.forked_service import ForkedService
-from tests.support.paths import ROOT
+from tests.support.paths import PLANS, ROOT
+from tests.support.patient_drops import patient
 from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet
 
 WAYDROP = Path(sys.executable).with_name("waydrop")
-PLAN = ROOT / "plans" / "clinic-run.json"
 
 
 async def waydrop(*arguments: str) -> tuple[int, str]:
@@ -25,22 +25,24 @@ async def waydrop(*arguments: str) -> tuple[int, str]:
 
 
 def _waydrop(arguments: tuple[str, ...]) -> tuple[int, str]:
-    done = subprocess.run([WAYDROP, *arguments], cwd=ROOT, capture_output=True, text=True, timeout=240, check=False)
+    done = subprocess.run([WAYDROP, *arguments], cwd=ROOT, capture_output=True, text=True, timeout=480, check=False)
     return done.returncode, done.stdout + done.stderr
 
 
 async def test_a_gripper_without_an_output_is_warned_of_and_never_told_as_plainly_delivered(
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
+    plan = tmp_path / "plan.json"
+    plan.write_text(json.dumps(patient(json.loads((PLANS / "clinic-run.json").read_text()))))
     with (
         SimulatedFleet("quad", speed=4.0, params="PWM_MAIN_FUNC5=0") as fleet,
         ForkedService(tmp_path, fleet.connections) as service,
     ):
-        await Dispatcher(http, service.url).until_vehicles(1)
+        await Dispatcher(http, service.url).until_vehicles(1, 180.0)
         to = ("--vehicle", "v1", "--server", service.url)
-        status, said = await waydrop("validate", str(PLAN), *to)
+        status, said = await waydrop("validate", str(plan), *to)
         assert (status, "gripper.no_output" in said) == (0, True), said
-        status, said = await waydrop("fly", str(PLAN), *to, "--certainty", "sensed", "--json")
+        status, said = await waydrop("fly", str(plan), *to, "--certainty", "sensed", "--json")
         last: dict[str, Any] = json.loads(said.strip().splitlines()[-1])
         assert (status, last["achieved"]) == (1, False)
         assert "no movement of an output was observed" in last["reasons"][0]

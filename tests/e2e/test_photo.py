@@ -11,6 +11,7 @@ import pytest
 from app.domain.geo import distance_m
 from tests.support.forked_service import ForkedService
 from tests.support.paths import ROOT
+from tests.support.patient_drops import patient
 from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet
 
@@ -22,14 +23,15 @@ async def test_a_photo_after_the_drop_is_named_by_its_delivery_report(
     plan = json.loads((ROOT / "plans" / "clinic-run.json").read_text())
     (index,) = [number for number, item in enumerate(plan["items"]) if item["type"] == "gripper"]
     plan["items"][index]["mode"] = mode
+    plan = patient(plan)
     plan["items"].insert(index + 1, {"type": "photo", "id": "picture"})
     with (
         SimulatedFleet("quad:camera=1", speed=4.0) as fleet,
         ForkedService(tmp_path, fleet.connections) as service,
     ):
         at = Dispatcher(http, service.url)
-        await at.until_vehicles(1)
-        run = await at.until_over(await at.fly(plan, "v1"), 180.0)
+        await at.until_vehicles(1, 180.0)
+        run = await at.until_over(await at.fly(plan, "v1"), 300.0)
         assert run["state"] == "completed", run["reason"]
         report = await at.get(f"/runs/{run['id']}/delivery-report")
         (drop,) = report["drops"]

@@ -19,6 +19,7 @@ import aiohttp
 from tests.support.paths import ROOT
 from tests.support.patience import Patience
 from tests.support.signed_links import service_environment
+from tests.support.simulated import free_ports
 
 START_S = 180.0
 STOP_S = 30.0
@@ -26,10 +27,8 @@ STOP_S = 30.0
 
 
 def free_tcp_port() -> int:
-    """A TCP port that nothing listens on."""
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """A TCP port that nothing listens on, and that no process of tests was given: seconds pass until it is used."""
+    return free_ports(1, socket.SOCK_STREAM)
 
 
 def connects(port: int) -> bool:

@@ -35,10 +35,11 @@ def free_udp_ports(count: int) -> int:
 
     A vehicle sends to a port on which nobody listens yet, or any more: who else listens there would hear it.
     """
-    return _free_ports(count, socket.SOCK_DGRAM)
+    return free_ports(count, socket.SOCK_DGRAM)
 
 
-def _free_ports(count: int, kind: socket.SocketKind) -> int:
+def free_ports(count: int, kind: socket.SocketKind) -> int:
+    """The same of UDP or of TCP."""
     ports = _given_ports()
     for _ in range(len(_PORTS)):
         first = ports.next_row(count)
@@ -107,7 +108,7 @@ class SimulatedFleet:
         self._count = len(fleet.split(","))
         self.port = free_udp_ports(self._count) if port is None else port
         self._shared = shared_port
-        self.control_port = _free_ports(1, socket.SOCK_STREAM)
+        self.control_port = free_ports(1, socket.SOCK_STREAM)
         options = {
             "fleet": signing(fleet),
             "port": str(self.port),

@@ -43,7 +43,7 @@ async def test_the_stream_of_a_node_is_followed_by_its_position_and_has_telemetr
         assert hello["gateway"].startswith("cluster-")
         seen: list[int] = []
         telemetry: set[str] = set()
-        while len(seen) < hello["seq"] or telemetry != {"north-v1", "south-v1"}:
+        while len(seen) < hello["seq"] or not telemetry >= {"north-v1", "south-v1"}:
             frame = json.loads((await socket.receive()).data)
             if frame["type"] == "event":
                 seen.append(frame["event"]["position"])
@@ -113,14 +113,7 @@ async def test_a_job_that_both_sites_may_fly_goes_to_the_other_one_once_its_clai
     plan = await one.post("/plans", PLAN)
     job = await one.post("/jobs", {"plan": plan["id"], "allowed_vehicles": ["north-v1", "south-v1"]})
     path = f"/jobs/{job['id']}"
-    prepared = await until(
-        lambda: other.get(path), lambda now: now["state"] == "prepared", "a gateway has it", FLIGHT_S
-    )
-    assert prepared["claim"]["taken"]
-    site = prepared["claim"]["site"]
-    async with http.post(f"{cluster.nodes[1].url}/api/v1{path}/clear-claim", json={}) as answer:
-        assert (answer.status, (await answer.json())["code"]) == (409, "job.wrong_state"), "its gateway answers"
-
+    site = await site_that_keeps(cluster, http, path)
     cluster.gateways[site].kill()
     assert (await one.get(path))["claim"]["site"] == site, "no other gateway gets it"
     assert (await other.post(f"{path}/clear-claim"))["state"] == "queued"
@@ -137,6 +130,30 @@ async def test_a_job_that_both_sites_may_fly_goes_to_the_other_one_once_its_clai
         await at.post(f"{path}/cancel")
         await until(lambda at=at: at.get(path), lambda now: now["state"] == "cancelled", "its run is ended", SOON_S)
     await require_whole(cluster, http)
+
+
+async def site_that_keeps(cluster: Cluster, http: aiohttp.ClientSession, path: str) -> str:
+    """The site whose gateway has the job, and answers so when somebody wants to clear its claim: it is not cleared.
+
+    On a busy machine a gateway may need too long for that answer. Then the job is given again; what the gateway has
+    begun is ended there, or its vehicle would get nothing any more.
+    """
+    node = cluster.nodes[1]
+    for _ in range(5):
+        prepared = await until(
+            lambda: Dispatcher(http, node.url).get(path),
+            lambda now: now["state"] == "prepared",
+            "a gateway has it",
+            FLIGHT_S,
+        )
+        assert prepared["claim"]["taken"]
+        site = str(prepared["claim"]["site"])
+        async with http.post(f"{node.url}/api/v1{path}/clear-claim", json={}) as answer:
+            if answer.status != 200:
+                assert (answer.status, (await answer.json())["code"]) == (409, "job.wrong_state")
+                return site
+        await Dispatcher(http, cluster.gateways[site].url).post(f"{path}/cancel")
+    raise AssertionError("each claim was cleared, though its gateway runs")
 
 
 async def test_a_job_for_any_vehicle_is_delivered_once(cluster: Cluster, http: aiohttp.ClientSession) -> None:
@@ -174,8 +191,8 @@ async def test_a_gateway_that_is_gone_is_told_in_words(cluster: Cluster, http: a
             "a silent site is shown as disconnected",
             SOON_S,
         )
-        sites = (await node.get("/sites"))["sites"]
-        assert [(site["site"], site["connected"]) for site in sites] == [("north", True), ("south", False)]
+        expected = [("north", True), ("south", False)]
+        await until(lambda: connected_sites(node), expected.__eq__, "its site is shown as silent", SOON_S)
     finally:
         gateway.start()
     await node.until_vehicles(2, within_s=SOON_S)
@@ -195,7 +212,7 @@ async def test_a_second_gateway_of_a_site_begins_nothing_and_nodes_command_the_f
         second = Dispatcher(http, process.url)
         await second.until_vehicles(1, within_s=SOON_S)
         await until(lambda: site_lease(http, process), "taken".__eq__, "it learns that the site is taken", SOON_S)
-        assert await site_lease(http, cluster.gateways["south"]) == "held"
+        await until(lambda: site_lease(http, cluster.gateways["south"]), "held".__eq__, "the first one has it", SOON_S)
         plan = await second.post("/plans", PLAN)
         async with http.post(
             f"{process.url}/api/v1/runs", json={"plan": plan["id"], "vehicle": "south-v1", "start": True}
@@ -206,6 +223,10 @@ async def test_a_second_gateway_of_a_site_begins_nothing_and_nodes_command_the_f
             assert (await at.post("/vehicles/south-v1/hold"))["id"] == "south-v1", "hold is always sent"
         assert await commands_at(http, process) == 1
         assert await commands_at(http, cluster.gateways["south"]) == before + 1
+
+
+async def connected_sites(node: Dispatcher) -> list[tuple[str, bool]]:
+    return [(site["site"], site["connected"]) for site in (await node.get("/sites"))["sites"]]
 
 
 async def site_lease(http: aiohttp.ClientSession, gateway: ServiceProcess) -> str | None:
