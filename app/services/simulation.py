@@ -95,11 +95,11 @@ class SpeedView(SimulatorSpeed):
 
 
 class SimulatorView(Frozen):
-    """`available`: faults can be set now; else `reason` says why not. `faults` are all that the simulator knows.
-
-    `speed` is null while it is not available.
+    """`available`: faults can be set now; else `reason` says why not. `configured`: the service has a simulator, which
+    may answer later. `faults` are all that the simulator knows. `speed` is null while it is not available.
     """
 
+    configured: bool
     available: bool
     reason: str | None
     vehicles: list[SimulatedVehicleView]
@@ -130,14 +130,21 @@ class Simulation:
             state = await self._required().state()
         except (SimulatorNotRunningError, SimulatorSilentError) as error:
             return SimulatorView(
-                available=False, reason=error.detail, vehicles=[], faults=list(FAULT_KINDS), speed=None
+                configured=self._control is not None,
+                available=False,
+                reason=error.detail,
+                vehicles=[],
+                faults=list(FAULT_KINDS),
+                speed=None,
             )
         shown = [
             SimulatedVehicleView(**vehicle.model_dump(), vehicle_id=next(iter(self._known(vehicle.system_id)), None))
             for vehicle in state.vehicles
         ]
         speed = SpeedView.of(state.speed)
-        return SimulatorView(available=True, reason=None, vehicles=shown, faults=list(FAULT_KINDS), speed=speed)
+        return SimulatorView(
+            configured=True, available=True, reason=None, vehicles=shown, faults=list(FAULT_KINDS), speed=speed
+        )
 
     async def set_fault(self, fault: Fault, actor: str) -> FaultSet:
         """Record the fault, then set it.

@@ -17,7 +17,14 @@ class RemoteSimulation:
         self._fleet = fleet
 
     async def view(self) -> SimulatorView:
-        return SimulatorView(available=False, reason=self._why(), vehicles=[], faults=list(FAULT_KINDS), speed=None)
+        return SimulatorView(
+            configured=False,
+            available=False,
+            reason=self._why(),
+            vehicles=[],
+            faults=list(FAULT_KINDS),
+            speed=None,
+        )
 
     async def set_fault(self, fault: Fault, actor: str) -> FaultSet:
         self._refuse()

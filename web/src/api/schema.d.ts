@@ -6884,11 +6884,12 @@ export interface components {
         };
         /**
          * SimulatorView
-         * @description `available`: faults can be set now; else `reason` says why not. `faults` are all that the simulator knows.
-         *
-         *     `speed` is null while it is not available.
+         * @description `available`: faults can be set now; else `reason` says why not. `configured`: the service has a simulator, which
+         *     may answer later. `faults` are all that the simulator knows. `speed` is null while it is not available.
          */
         SimulatorView: {
+            /** Configured */
+            configured: boolean;
             /** Available */
             available: boolean;
             /** Reason */

@@ -1,5 +1,6 @@
 /**
- * The simulated vehicles, if there are any: read when the page connects, and again and again while they are looked at.
+ * The simulated vehicles, if there are any: read when the page connects, and again and again while they are looked at,
+ * or while the simulator behind the service gives no answer.
  */
 
 import { computed, effect, signal } from "@preact/signals";
@@ -10,6 +11,8 @@ import { panel } from "../../store/selection";
 import { live } from "../../store/store";
 
 const EVERY_MS = 1000;
+/** It may only be busy, or be started later than the service. */
+const SILENT_EVERY_MS = 5000;
 
 export const simulator = signal<SimulatorView | null>(null);
 /** Whether the page shows the panel: while there are simulated vehicles, or while it is open. */
@@ -18,16 +21,24 @@ export const hasSimulator = computed(() => simulator.value?.available === true |
 export const faultProblems = signal<Readonly<Record<string, ProblemError>>>({});
 export const settingFault = signal<string | null>(null);
 
+/** The service has a simulator, which gave no answer. */
+const isSilent = computed(() => simulator.value?.configured === true && !simulator.value.available);
+
 export function watchSimulator(): void {
   effect(() => {
     if (!live.value) return undefined;
     void read();
-    if (panel.value !== "simulator") return undefined;
-    const timer = setInterval(() => {
-      if (!document.hidden) void read();
-    }, EVERY_MS);
-    return () => clearInterval(timer);
+    return panel.value === "simulator" ? readEvery(EVERY_MS) : undefined;
   });
+  effect(() => (live.value && isSilent.value && panel.value !== "simulator" ? readEvery(SILENT_EVERY_MS) : undefined));
+}
+
+/** Returns what ends it. */
+function readEvery(ms: number): () => void {
+  const timer = setInterval(() => {
+    if (!document.hidden) void read();
+  }, ms);
+  return () => clearInterval(timer);
 }
 
 /** `vehicle` null: all of them. */

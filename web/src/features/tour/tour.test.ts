@@ -28,7 +28,7 @@ test("after the upload the tour leads to the start, to the drop and to the run's
   const before = sampleRun({ id: "before", state: "completed", started_at: 1, created_at: 1 });
   const run = (state: Run["state"], started_at: number | null) =>
     sampleRun({ id: "tour", state, started_at, created_at: 2 });
-  simulator.value = { available: true, reason: null, faults: [], speed: null, vehicles: [SIMULATED] };
+  simulator.value = { configured: true, available: true, reason: null, faults: [], speed: null, vehicles: [SIMULATED] };
   fly(before);
   selectVehicle("v1");
   startTour();
