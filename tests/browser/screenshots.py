@@ -15,15 +15,13 @@ from pathlib import Path
 from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.conftest import CHROMIUM, FLEET, GAP_S, SPEED, chromium_args, simulated_service
-from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard, Scheme
+from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, PATIENCE_MS, Dashboard, Scheme
 from tests.support.offboard_panel import PRESS_MS, OffboardPanel
 from tests.support.paths import ROOT
 from tests.support.simulated import SimulatedFleet
 
 SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}
-PATIENCE_MS = 180_000
-"""Software WebGL draws a 4K map slowly, the more so on a busy machine."""
 SETTLED_MS = 3_000
 """Until the map has been moved and drawn; a picture is not worth more care."""
 VIEWS = ("Map", "Fleet", "Plan", "Run", "Jobs", "Manual control", "Faults", "Events")

@@ -10,7 +10,7 @@ import pytest
 from playwright.async_api import Browser, Route, ViewportSize, expect
 
 from tests.support.accessibility import DESKTOP, PHONE, WALL_DISPLAY, violations
-from tests.support.dashboard import CLINIC_RUN, Dashboard
+from tests.support.dashboard import CLINIC_RUN, PATIENCE_MS, Dashboard
 from tests.support.paths import ROOT
 from tests.support.picture import colours
 from tests.support.service_process import ServiceProcess, until
@@ -119,6 +119,7 @@ async def test_no_view_has_an_accessibility_violation_in_any_theme_from_360_px_t
 ) -> None:
     found: list[str] = []
     async with Dashboard.opened(browser, idle_service.url) as board:
+        board.page.set_default_timeout(PATIENCE_MS)
         for size in (DESKTOP, PHONE, WALL_DISPLAY):
             await board.page.set_viewport_size(size)
             found += await violations_of_all_views(board, size)
@@ -141,14 +142,14 @@ async def violations_of_all_views(board: Dashboard, size: ViewportSize) -> list[
         if name == "Fleet":
             await board.vehicle("v1").click()
         if name == "Faults":
-            await expect(page.locator(".fault").first).to_be_visible()
+            await expect(page.locator(".fault").first).to_be_visible(timeout=PATIENCE_MS)
         await look(name)
     await show("Manual control")
     await look("a vehicle for manual control")
     await show("Plan")
     await board.fill_plan(CLINIC_RUN.replace('"max_offset_m"', '"offset_m"'))
-    await expect(page.locator(".plan-item")).to_have_count(5)
-    await expect(page.locator(".finding").first).to_be_visible()
+    await expect(page.locator(".plan-item")).to_have_count(5, timeout=PATIENCE_MS)
+    await expect(page.locator(".finding").first).to_be_visible(timeout=PATIENCE_MS)
     await page.locator(".plan-item-main[aria-pressed='false']").first.click()
     await board.button("Draw a fence").click()
     for name in ("Items", "Area", "Details", "JSON"):

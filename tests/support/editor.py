@@ -10,13 +10,14 @@ from playwright.async_api import Locator, expect
 from tests.support.dashboard import Dashboard
 from tests.support.service_process import until
 
-SETTLED = """() => {
+SETTLED = """async () => {
+  for (let frames = 0; frames < 2; frames += 1) await new Promise(requestAnimationFrame);
   const now = [...document.querySelectorAll('.grid-labels span')].map((label) => label.style.cssText).join();
   const before = window.labelsBefore;
   window.labelsBefore = now;
   return now !== '' && now === before;
 }"""
-"""True when the map's grid is where it was at the last look."""
+"""True when the map's grid is where it was at the last look, and a moving map was drawn anew between the two."""
 
 
 class Editor:

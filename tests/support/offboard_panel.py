@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from typing import Any, Final
 
 from playwright.async_api import FloatRect, Locator, expect
 from playwright.async_api import TimeoutError as PageTimeout
 
-from tests.support.dashboard import Dashboard
+from tests.support.dashboard import HOLD_MS, Dashboard
 
 ATTEMPTS = 6
 PRESS_MS = 10_000
 """Longer than a button needs that is there."""
+SETTLE_MS = 30_000
+NEWS_MS = 5_000
+"""A busy page may still show a lease that the service has ended."""
 SMALL: Final[dict[str, Any]] = {"width": 360, "height": 800}
 """Software draws a small map fast: the page must not stand still, or the dead-man rightly acts."""
 
@@ -45,24 +49,46 @@ class OffboardPanel:
 
     async def take(self) -> None:
         """The lease, and nothing more."""
-        await self.dashboard.button("Take the lease of v1").click()
+        await self.dashboard.button("Take the lease of v1").click(timeout=SETTLE_MS)
         await expect(self.phase("leased")).to_be_visible()
 
     async def enter(self) -> None:
-        """Manual control on. A page that stood still for a second on a busy machine has lost its lease: then again."""
+        """
+        Manual control on. A page or a service that stood still for a second on a busy machine has lost the lease, or
+        the entry is refused: then again.
+        """
+        problem: Exception | None = None
         for _ in range(ATTEMPTS):
-            await self.take()
-            await self.take_control()
+            try:
+                await self.take()
+                await self.take_control()
+            except (PageTimeout, AssertionError) as error:
+                problem = error
             if await self.is_flying():
                 return
+            await self.let_go()
             await self.restore()
-        raise AssertionError(await self.panel.inner_text())
+        raise AssertionError(f"no entry each time: {await self.panel.inner_text()}") from problem
 
     async def take_control(self) -> None:
-        """With the lease: enter, and wait until that is done, or the lease is lost."""
+        """With the lease: enter, and wait until that is done or refused, or the lease is lost."""
         await expect(self.dashboard.button("Take control of v1")).to_be_enabled()
-        await self.dashboard.hold("Take control of v1")
-        await expect(self.phase("flying").or_(self.phase("off"))).to_be_visible(timeout=30_000)
+        await self.press("Take control of v1", hold_ms=HOLD_MS)
+        ended = self.phase("flying").or_(self.phase("off")).or_(self.refused_entry())
+        await expect(ended).to_be_visible(timeout=SETTLE_MS)
+
+    def refused_entry(self) -> Locator:
+        """The panel with the lease still, and why there was no entry."""
+        words = self.page.get_by_text("Take control of v1: refused")
+        return self.phase("leased").filter(has=self.page.get_by_role("alert").filter(has=words))
+
+    async def let_go(self) -> None:
+        """No lease any more, whatever became of it."""
+        await expect(self.phase("leased").or_(self.phase("off"))).to_be_visible(timeout=SETTLE_MS)
+        if await self.phase("leased").is_visible():
+            with suppress(PageTimeout):  # it may end at this moment
+                await self.press("Release the lease")
+        await expect(self.phase("off")).to_be_visible()
 
     async def restore(self) -> None:
         """The vehicle as the steps need it."""
@@ -100,7 +126,7 @@ class OffboardPanel:
             try:
                 await steps(self)
             except (PageTimeout, AssertionError) as error:
-                if await self.is_flying():
+                if not await self._is_lost():
                     await self._explain(error)
                     raise
             if await self.is_flying():
@@ -112,14 +138,18 @@ class OffboardPanel:
         raise AssertionError(f"lost each time: {await self.panel.inner_text()}")
 
     async def unless_lost(self, steps: Callable[[], Awaitable[None]]) -> None:
-        """These steps, which take and enter by themselves. What fails once the lease is lost is done all again."""
+        """
+        These steps, which take and enter by themselves. What fails once the lease is lost or the entry is refused is
+        done all again.
+        """
         for _ in range(ATTEMPTS):
             try:
                 await steps()
             except (PageTimeout, AssertionError) as error:
-                if await self.panel.get_attribute("data-phase") != "off":
+                if not await self._is_lost():
                     await self._explain(error)
                     raise
+                await self.let_go()
                 await self.restore()
             else:
                 return
@@ -134,7 +164,7 @@ class OffboardPanel:
             try:
                 await lose()
             except PageTimeout:
-                if await self.is_flying():
+                if not await self._is_lost():
                     raise
             await expect(self.phase("off")).to_be_visible()
             if words in await self.panel.inner_text():
@@ -142,6 +172,14 @@ class OffboardPanel:
             await self.page.keyboard.up("w")
             await self.restore()
         raise AssertionError(f"lost in another way each time: {await self.panel.inner_text()}")
+
+    async def _is_lost(self) -> bool:
+        """Whether manual control or the lease is lost, or the entry was refused."""
+        try:
+            await expect(self.phase("off").or_(self.refused_entry())).to_be_visible(timeout=NEWS_MS)
+        except AssertionError:
+            return False
+        return True
 
     async def _explain(self, error: Exception) -> None:
         """Add what the panel says at the moment."""

@@ -12,27 +12,26 @@ from playwright.async_api import Route, expect
 from tests.support.accessibility import PHONE, violations
 from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, SERVICE_LOST, Dashboard, waiting_run
 from tests.support.paths import ROOT
-from tests.support.service_process import ServiceProcess
+from tests.support.service_process import ServiceProcess, until
 
 HISTORY = 200
 """Events that a new page asks for (web/src/store/world.ts)."""
+UNDER_WAY = ("starting", "flying", "at_drop", "returning")
 
 
 async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_released_and_proven(
     flying_page: Dashboard, tmp_path: Path
 ) -> None:
     await flying_page.upload(CLINIC_RUN, "v2")
-    await flying_page.tap("Start v2")  # too short to be meant
-    await expect(flying_page.button("Start v2")).to_contain_text("Hold to start v2")
+    assert await flying_page.tap("Start v2") == "Hold to start v2"  # too short to be meant
     await flying_page.until_state("uploaded")
 
     scale = flying_page.page.locator(".map-scale")
     while not (await scale.inner_text()).endswith("km"):
         await flying_page.button("Zoom out").click()
     await flying_page.hold("Start v2")
-    await flying_page.until_state("starting", "flying")
+    await flying_page.until_state(*UNDER_WAY, "landed", "completed")  # a busy machine may miss the first of them
     await expect(scale).to_have_text(re.compile(r"^\d+ m$"))  # the flight is brought into view
-    await expect(flying_page.button("Return v2")).to_be_visible(timeout=FLIGHT_MS)
     await shows_the_same_after_a_reload(flying_page)
     card = flying_page.page.get_by_role("article", name="Drop drop")
     await expect(card.locator(".badge")).to_have_text("Released", timeout=FLIGHT_MS)
@@ -63,22 +62,28 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
 FEED_LINES: Final = (
     r"“Clinic run” was uploaded to v2\.",
     r"v2 started “Clinic run”\.",
-    r"v2 took off in \d+ s\.",
-    r"v2 reached “corner” in \d+ s\.",
-    r"v2 reached “clinic” in \d+ s\.",
+    r"v2 took off( in \d+ s)?\.",
+    r"v2 reached “corner”( in \d+ s)?\.",
+    r"v2 reached “clinic”( in \d+ s)?\.",
     r"v2 released “drop”: acknowledged, and the output moved\.",
-    r"v2 returned to launch in 1 min \d\d s\.",
+    r"v2 returned to launch( in \d min \d\d s)?\.",
     r"v2 completed “Clinic run” in .* s\.",
 )
+"""Without a time where a busy simulator was silent as the item ended."""
+OF_THE_LINK = '[data-event-group^="link "]'
+"""A busy simulator may lose its link meanwhile: these lines are no part of the story."""
+FITS = f"""rows => [...rows.querySelectorAll('{OF_THE_LINK}')]
+  .reduce((height, line) => height - line.offsetHeight, rows.scrollHeight) <= rows.clientHeight"""
 
 
 async def tells_the_run_on_one_screen(board: Dashboard) -> None:
     """A line for each matter, none of them out of sight; and behind the lines each event of the run, once."""
     await board.filter_events("Of the selected run")
     lines = board.page.locator(".event-group")
-    await expect(lines).to_have_text([re.compile(one) for one in reversed(FEED_LINES)])
+    story = board.page.locator(f".event-group:not({OF_THE_LINK})")
+    await expect(story).to_have_text([re.compile(one) for one in reversed(FEED_LINES)])
     rows = board.page.locator(".feed .rows")
-    assert await rows.evaluate("rows => rows.scrollHeight <= rows.clientHeight"), "the story must fit 1440 x 900"
+    assert await rows.evaluate(FITS), "the story must fit 1440 x 900"
     panel = board.page.locator("#panel")
     await expect(panel.get_by_text("Total")).to_be_visible()
     assert await panel.evaluate("panel => panel.scrollHeight <= panel.clientHeight"), "the run's panel must fit, too"
@@ -124,8 +129,7 @@ async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:
     await flying_page.page.reload()
     await flying_page.until_live()
     assert await flying_page.run_id() == run_id
-    await flying_page.filter_events("All events")
-    await expect(flying_page.page.locator(f'.event[data-seq="{newest}"]')).to_be_attached()
+    await until(flying_page.feed_seqs, lambda seqs: newest in seqs, "what is older must be read", 30)
     answer = await flying_page.page.request.get(f"{flying_page.url}/api/v1/events?limit=1")
     last_seq = (await answer.json())["last_seq"]  # not the feed's newest, which may still be reading what is older
     seqs = await flying_page.feed_seqs()
@@ -134,24 +138,33 @@ async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:
 
 
 async def test_a_run_is_started_told_to_skip_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:
-    await flying_page.upload(waiting_run(), "v3")
+    await flying_page.upload(run_that_waits_twice(), "v3")
     keyboard = flying_page.page.keyboard
     await flying_page.button("Start v3").focus()
     await keyboard.down("Space")
     await flying_page.until_state("starting", "flying", "at_drop")
     await keyboard.up("Space")
-    await skip_to_home(flying_page)
+    await expect(flying_page.button("Return v3")).to_be_visible(timeout=FLIGHT_MS)
+    await skip_to_the_end(flying_page)
     await flying_page.button("Land v3").focus()
     await keyboard.down("Enter")
     await flying_page.until_state("landed", "completed", "aborted", "failed")
     await keyboard.up("Enter")
 
 
-async def skip_to_home(board: Dashboard) -> None:
-    """First it is refused, which is said in words; then the vehicle flies on with the last item."""
+def run_that_waits_twice() -> str:
+    """Before its drop and after it: neither the drop nor the landing comes before a busy machine commands it."""
+    plan = json.loads(waiting_run())
+    *items, home = plan["items"]
+    plan["items"] = [*items, {**items[1], "id": "end"}, home]
+    return json.dumps(plan)
+
+
+async def skip_to_the_end(board: Dashboard) -> None:
+    """First it is refused, which is said in words; then the vehicle flies on with the last point."""
     board.tolerated = ("status of 409",)  # Chromium writes each refused request into its console
     skip = board.page.get_by_role("region", name="Skip items of v3")
-    await skip.get_by_label("Skip to an item").select_option("home", timeout=FLIGHT_MS)
+    await skip.get_by_label("Skip to an item").select_option("end", timeout=FLIGHT_MS)
     await expect(skip).to_contain_text("Skips these drops: drop.")
 
     async def refuse(route: Route) -> None:
@@ -159,13 +172,13 @@ async def skip_to_home(board: Dashboard) -> None:
         await route.fulfill(status=409, content_type="application/problem+json", body=json.dumps(problem))
 
     await board.page.route("**/mission", refuse)
-    await hold_by_keyboard(board, "Skip to home with v3")
+    await hold_by_keyboard(board, "Skip to end with v3")
     await expect(skip.get_by_role("alert")).to_contain_text("The drop is near")
     await board.page.unroute("**/mission")
-    await hold_by_keyboard(board, "Skip to home with v3")
+    await hold_by_keyboard(board, "Skip to end with v3")
     await board.filter_events("All events")
     changed = board.page.locator('.event[data-kind="run.mission_changed"]').first  # the newest of the whole service
-    await expect(changed).to_contain_text("continues at “home”")
+    await expect(changed).to_contain_text("continues at “end”")
     await expect(skip.get_by_role("alert")).to_have_count(0)
 
 
@@ -180,15 +193,15 @@ async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
     flying_page: Dashboard, flying_service: ServiceProcess
 ) -> None:
     flying_page.tolerated = SERVICE_LOST
-    await flying_page.upload(CLINIC_RUN, "v4")
-    await flying_page.hold("Start v4")
-    await flying_page.until_state("flying", "at_drop")
+    await flying_page.upload(waiting_run(hold_s=120), "v4")
     run_id, before = await flying_page.run_id(), await flying_page.feed_seqs()
+    await flying_page.hold("Start v4")
+    await flying_page.until_state("flying", "at_drop", "returning")
 
     flying_service.kill()
     try:
         lost = flying_page.page.locator(".connection.lost")
-        await expect(lost).to_contain_text("No connection, data is", timeout=10_000)
+        await expect(lost).to_contain_text("No connection, data is")
         await expect(flying_page.button("Land v4")).to_be_disabled()
         await told_within_a_telephone(flying_page)
     finally:
@@ -196,7 +209,8 @@ async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
 
     await flying_page.until_live()
     assert await flying_page.run_id() == run_id
-    await flying_page.until_state("completed", "aborted")  # aborted: its hold was over before the service was back
+    # aborted: its drop's hold was over before the service was back
+    await flying_page.until_state("completed", "aborted")
     await expect(flying_page.page.locator(".drop-card .badge")).not_to_have_text("Pending")
     seqs = await flying_page.feed_seqs()
     assert seqs == list(range(seqs[0], before[-1] - 1, -1)), "every event since the page was opened once, in order"

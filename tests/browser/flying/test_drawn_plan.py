@@ -39,4 +39,4 @@ async def test_a_plan_is_drawn_mended_stored_and_flown(flying_page: Dashboard) -
     await flying_page.button("Upload to v1").click()
     await flying_page.until_state("uploaded")
     await flying_page.hold("Start v1")
-    await flying_page.until_state("flying", "at_drop")
+    await flying_page.until_state("flying", "at_drop", "returning", "landed", "completed")
