@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.forked_service import ForkedService
 from tests.support.offboard_client import Pilot, paused_in_the_air, truth
-from tests.support.offboard_flights import GAP_S, LATE_FAILSAFE, fly_by_hand
+from tests.support.offboard_flights import GAP_S, LATE_FAILSAFE, fly_offboard
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
@@ -107,7 +107,7 @@ async def test_after_manual_control_the_vehicle_comes_home_and_flies_again(
                 await ann.until_closed()
                 assert ann.offboard["reason"]["params"] == {"command": way}
 
-        await fly_by_hand(http, service, run_id, end)
+        await fly_offboard(http, service, run_id, end)
         if way == "killed, return":
             service.start()
             await dispatcher.until_vehicles(1)

@@ -13,7 +13,7 @@ import aiohttp
 
 from tests.support.forked_service import ForkedService
 from tests.support.offboard_client import Pilot, paused_in_the_air, pilot, truth
-from tests.support.offboard_flights import GAP_S, RETURNS, fly_by_hand, in_mode, paused
+from tests.support.offboard_flights import GAP_S, RETURNS, fly_offboard, in_mode, paused
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet
 
@@ -56,7 +56,7 @@ async def test_a_pilot_comes_and_goes_and_the_run_goes_on(tmp_path: Path, http: 
             assert (await ann.do("leave", to="mission"))["type"] == "done"
 
         for fly in (flies_north_and_goes_away, is_overruled_at_the_sticks, falls_silent, gives_back):
-            await fly_by_hand(http, service, run_id, fly)
+            await fly_offboard(http, service, run_id, fly)
         run = await dispatcher.until_run(run_id, lambda run: run["state"] == "flying", "the mission must go on", 20)
         assert run["item_id"] is not None
 
@@ -84,7 +84,7 @@ async def test_a_hung_and_a_killed_waydrop_leave_the_vehicle_to_its_own_failsafe
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)
-        await fly_by_hand(http, service, run_id, lambda ann: moves_nothing_after_it_woke(simulated, service, ann))
+        await fly_offboard(http, service, run_id, lambda ann: moves_nothing_after_it_woke(simulated, service, ann))
         offboard = (await dispatcher.get("/vehicles/v1/offboard"))["offboard"]
         assert (offboard["state"], offboard["lease"]) == ("idle", None)
         promise = "what the vehicle did meanwhile has that as its cause"

@@ -28,7 +28,7 @@ async def in_mode(fleet: SimulatedFleet, mode: str, promise: str) -> dict[str, A
     return found
 
 
-async def fly_by_hand(
+async def fly_offboard(
     http: aiohttp.ClientSession, service: ServiceProcess, run_id: str, fly: Callable[[Pilot], Awaitable[None]]
 ) -> None:
     """A pilot enters and flies the vehicle of a paused run; once more if a busy machine stood still meanwhile."""
