@@ -98,11 +98,7 @@ class PostgresDatabase:
             async with AsyncExitStack() as checkin:
                 async with asyncio.timeout(CHECKOUT_TIMEOUT_S):  # one that does not answer leaves the pool
                     connection = await checkin.enter_async_context(self._pooled.connect())
-                try:
-                    yield connection
-                except TimeoutError:  # a rollback would wait as long again
-                    await connection.invalidate()
-                    raise
+                yield connection
 
     @asynccontextmanager
     async def session(self) -> AsyncIterator[AsyncConnection]:

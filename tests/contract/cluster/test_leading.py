@@ -194,7 +194,7 @@ async def test_a_node_whose_listening_connection_is_lost_in_silence_goes_on_read
 async def test_a_request_on_a_connection_that_is_lost_in_silence_fails_in_time_and_the_next_one_works(
     tmp_path: Path, databases: PostgresDatabases
 ) -> None:
-    """Else clients wait a minute for each connection of the pool."""
+    """Else clients wait 30 s for each connection of the pool."""
     url = await asyncio.to_thread(databases.with_tables)
     async with (
         cut_point(port_of(url)) as point,
