@@ -120,8 +120,16 @@ async def test_follow_brings_a_vehicle_into_view_until_the_map_is_moved_or_touch
     await expect(follow).to_have_attribute("aria-pressed", "false")
 
 
-async def test_zones_of_a_file_are_drawn_and_kept_until_they_are_removed(idle_page: Dashboard) -> None:
-    page, panel = idle_page.page, idle_page.page.get_by_role("region", name="Zones")
+async def test_zones_of_a_file_are_drawn_and_kept_until_they_are_removed(
+    browser: Browser, idle_service: ServiceProcess
+) -> None:
+    async with Dashboard.opened(browser, idle_service.url, fine_map=True) as board:
+        await zones_are_drawn_and_kept(board)
+
+
+async def zones_are_drawn_and_kept(board: Dashboard) -> None:
+    """Their outlines are thin."""
+    page, panel = board.page, board.page.get_by_role("region", name="Zones")
     canvas = page.locator(".map-canvas canvas")
     assert await share_of_colour(canvas, ZONE) == 0
     await page.evaluate(DROP_ON_MAP, ["airport.geojson", json.dumps(zone("CTR"))])
@@ -131,13 +139,13 @@ async def test_zones_of_a_file_are_drawn_and_kept_until_they_are_removed(idle_pa
     await expect(panel.get_by_role("alert")).to_contain_text("metres.geojson: Feature 1 has a position that is not")
     assert await violations(page, "zones") == []
     await page.reload()
-    await idle_page.until_live()
-    await idle_page.button("Zones").click()
+    await board.until_live()
+    await board.button("Zones").click()
     async with page.expect_file_chooser() as chooser:
-        await idle_page.button("Open GeoJSON file").click()
+        await board.button("Open GeoJSON file").click()
     file = {"name": "heliport.json", "mimeType": "application/json", "buffer": json.dumps(zone("H")).encode()}
     await (await chooser.value).set_files(file)  # type: ignore[arg-type]
     await expect(panel.get_by_role("listitem")).to_have_text(["airport", "heliport"])
     for name in ("airport", "heliport"):
-        await idle_page.button(f"Remove {name}").click()
+        await board.button(f"Remove {name}").click()
     await expect(panel).to_contain_text("stays in this browser")
