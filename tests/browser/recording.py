@@ -94,7 +94,7 @@ async def main(file: Path) -> None:
     ):
         async with async_playwright() as playwright:
             browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
-            async with Dashboard.opened(browser, service.url, width=SIZE[0], height=SIZE[1]) as board:
+            async with Dashboard.opened(browser, service.url, width=SIZE[0], height=SIZE[1], fine_map=True) as board:
                 stored = await board.page.request.post(f"{service.url}/api/v1/plans", data=json.loads(CLINIC_RUN))
                 assert stored.ok, await stored.text()
                 await board.button("Not now").click()

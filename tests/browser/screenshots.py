@@ -42,7 +42,7 @@ def file_name(view: str) -> str:
 
 async def wide(browser: Browser, url: str, folder: Path) -> None:
     """The whole way of a delivery, as in the documentation."""
-    async with Dashboard.opened(browser, url) as board:
+    async with Dashboard.opened(browser, url, fine_map=True) as board:
         await board.page.screenshot(path=folder / "start.png")
         await board.button("Not now").click()  # no street map
         await board.write_plan(faulty_plan())
@@ -77,7 +77,7 @@ async def order_jobs(browser: Browser, url: str) -> None:
 async def editor(browser: Browser, url: str, folder: Path) -> None:
     """A fixed wing's plan whose drop is farther from its point than the plan allows."""
     plan = (ROOT / "plans" / "fixed-wing-pass.json").read_text()
-    async with Dashboard.opened(browser, url, scheme="light") as board:
+    async with Dashboard.opened(browser, url, scheme="light", fine_map=True) as board:
         await board.button("Not now").click()  # no street map
         await board.write_plan(plan.replace('"max_offset_m": 50', '"max_offset_m": 10'))
         await expect(board.page.locator(".finding").first).to_be_visible()
@@ -112,7 +112,7 @@ async def queue_one_and_draw_another(offboard: OffboardPanel, path: Path) -> Non
 async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme: Scheme) -> None:
     """After the flight, each view that the size has."""
     width, height = SIZES[size]
-    async with Dashboard.opened(browser, url, width=width, height=height, scheme=scheme) as board:
+    async with Dashboard.opened(browser, url, width=width, height=height, scheme=scheme, fine_map=True) as board:
         board.page.set_default_timeout(PATIENCE_MS)
         if width >= 1100:
             await board.write_plan(CLINIC_RUN)
