@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from app.domain.airspace.geofence import FenceArea, fence_area
 from app.domain.autopilot import behaviour
@@ -11,7 +12,7 @@ from app.domain.geo import LocalProjection
 from app.domain.plan.compiler import mission_seqs
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import drops_of, over_alternates
-from app.domain.plan.walk import reference_home, speeds_along, walk
+from app.domain.plan.walk import Step, reference_home, speeds_along, walk
 from app.domain.prediction import Prediction, Timeline, predict_all
 from app.domain.prediction.motion import CALM, Wind
 from app.domain.rules import (
@@ -29,7 +30,7 @@ from app.domain.rules import (
 from app.domain.rules.alternate import detour_findings
 from app.domain.rules.registry import Assumptions, Rule, RuleContext
 from app.domain.validation.finding import Finding, Severity
-from app.domain.vehicle.state import VehicleProfile
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
 FILES = (
     *(gripper, alternate, moving_target, braking, takeoff_landing, fixed_wing),
@@ -71,12 +72,12 @@ def _looked_at(
     known = facts if facts is not None and facts.vehicle_type is plan.vehicle_type else None
     assumed = replace(known or VehicleProfile(plan.vehicle_type), assuming=assumptions.add)
     look = _Look(facts, assumed, assumptions, wind)
-    context = look.at(plan, lambda: predicted().timeline)
-    predicted = assumptions.remembered(lambda: predict_all(plan, assumed, wind, context.steps, context.seqs_of()))
-    findings = _broken(context)
-    detour = over_alternates(plan, context.origin, assumed.in_flight)
+    walked = look.walk(plan)
+    predicted = assumptions.remembered(lambda: predict_all(plan, assumed, wind, walked.steps, walked.seqs_of()))
+    findings = _broken(look.at(plan, walked, lambda: predicted().timeline))
+    detour = over_alternates(plan, walked.home, assumed.in_flight)
     if detour is not None:
-        over = _broken(look.at(detour.plan, lambda: _over(predicted())))
+        over = _broken(look.at(detour.plan, look.walk(detour.plan), lambda: _over(predicted())))
         findings |= set(detour_findings(detour, over, findings))
     return tuple(sorted(findings, key=_order)), predicted
 
@@ -90,6 +91,14 @@ def _broken(context: RuleContext) -> set[Finding]:
     return {finding for rule in RULES for finding in rule.findings(context)}
 
 
+class _Walked(NamedTuple):
+    """The walk along a plan, without the context: the prediction refers to it and must not refer to itself."""
+
+    home: GlobalPosition
+    steps: tuple[Step, ...]
+    seqs_of: Callable[[], Mapping[str, Sequence[int]]]
+
+
 @dataclass(frozen=True, slots=True)
 class _Look:
     """The vehicle and the wind. `facts` report unknown facts to `assumptions`."""
@@ -99,11 +108,16 @@ class _Look:
     assumptions: Assumptions
     wind: Wind
 
-    def at(self, plan: Plan, timeline: Callable[[], Timeline]) -> RuleContext:
-        """Build the context of the rules once. A vehicle of another type is a finding of its own."""
-        facts, once = self.facts, self.assumptions.remembered
+    def walk(self, plan: Plan) -> _Walked:
+        facts = self.facts
         home = reference_home(plan, facts)
         steps = walk(plan, home, in_flight=facts.in_flight)
+        return _Walked(home, steps, self.assumptions.remembered(lambda: mission_seqs(plan, facts, steps)))
+
+    def at(self, plan: Plan, walked: _Walked, timeline: Callable[[], Timeline]) -> RuleContext:
+        """Build the context of the rules once. A vehicle of another type is a finding of its own."""
+        facts, once = self.facts, self.assumptions.remembered
+        home, steps, seqs_of = walked
         projection = LocalProjection(home.latitude_deg, home.longitude_deg)
         return RuleContext(
             plan=plan,
@@ -118,7 +132,7 @@ class _Look:
             flown_speeds_m_s=once(lambda: speeds_along(plan, facts, steps)),
             wind=self.wind,
             timeline=timeline,
-            seqs_of=once(lambda: mission_seqs(plan, facts, steps)),
+            seqs_of=seqs_of,
         )
 
 
