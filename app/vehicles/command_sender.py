@@ -119,7 +119,9 @@ class CommandSender:
         finally:
             del self._waiting[request.command]
         if pending.timed_out:
-            after = "after IN_PROGRESS" if pending.in_progress else f"{pending.sends} attempts without an answer"
+            sends = request.sent_before + pending.sends
+            unanswered = f"{sends} attempt{'' if sends == 1 else 's'} without an answer"
+            after = "after IN_PROGRESS" if pending.in_progress else unanswered
             raise LinkTimeoutError(
                 f"no final acknowledgement of {_name(request.command)}: {after}",
                 hint="it is unknown what the vehicle did: check its state",

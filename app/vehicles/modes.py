@@ -107,9 +107,11 @@ class Arming:
             VehicleRefusedError: it flies. LinkTimeoutError: no acknowledgement, or HEARTBEAT does not show it.
         """
         was_refused = False
+        unanswered = 0
         for left in reversed(range(self._settings.command_attempts)):
             due_s = time.monotonic() + self._settings.command_timeout_s
-            problem = await self._disarming_problem()
+            problem = await self._disarming_problem(unanswered)
+            unanswered += isinstance(problem, LinkTimeoutError)
             is_shown = await self._is_disarmed()
             if is_shown and not (left and isinstance(problem, LinkTimeoutError)):
                 return  # unanswered, that HEARTBEAT may have been under way before an arming
@@ -121,10 +123,10 @@ class Arming:
                 )
             was_refused = is_refused
 
-    async def _disarming_problem(self) -> LinkError | None:
+    async def _disarming_problem(self, sent_before: int) -> LinkError | None:
         """Command it once; what kept it from being accepted."""
         try:
-            await self._accepted(armed=False)
+            await self._accepted(armed=False, sent_before=sent_before)
         except (LinkTimeoutError, VehicleRefusedError) as error:
             return error
         return None
@@ -138,7 +140,12 @@ class Arming:
         return True
 
     async def _accepted(
-        self, *, armed: bool, send_before_s: float | None = None, on_sent: Callable[[], None] = lambda: None
+        self,
+        *,
+        armed: bool,
+        sent_before: int = 0,
+        send_before_s: float | None = None,
+        on_sent: Callable[[], None] = lambda: None,
     ) -> None:
         request = command(
             MavCmd.COMPONENT_ARM_DISARM,
@@ -148,7 +155,7 @@ class Arming:
             attempts=1,
         )
         await self._sender.accepted(
-            replace(request, send_before_s=send_before_s),
+            replace(request, sent_before=sent_before, send_before_s=send_before_s),
             "arm" if armed else "disarm",
             text_window_s=self._settings.refusal_text_window_s,
             on_sent=on_sent,
@@ -186,13 +193,14 @@ class ModeSwitch:
             VehicleTakenError: a pilot, another ground station or a failsafe chose another mode meanwhile.
             LinkTimeoutError: no ack, or acknowledged and then not seen.
         """
-        before = self._mode()
+        before, unanswered = self._mode(), 0
         with self._watching(mode) as signs:
             for left in reversed(range(self._settings.command_attempts)):
                 due_s = time.monotonic() + self._settings.command_timeout_s
                 try:
-                    await self._accepted(mode, attempts=1)
+                    await self._accepted(mode, sent_before=unanswered)
                 except LinkTimeoutError:
+                    unanswered += 1
                     if not signs.are_an_answer and (not left or is_late(due_s, time.monotonic())):
                         raise
                 else:
@@ -217,7 +225,7 @@ class ModeSwitch:
         """
         is_unanswered = False
         try:
-            await self._accepted(FlightMode.HOLD, attempts=1)
+            await self._accepted(FlightMode.HOLD)
         except LinkTimeoutError:
             is_unanswered = True
         except LinkError:
@@ -237,19 +245,23 @@ class ModeSwitch:
             LinkTimeoutError as `to`.
         """
         mode = FlightMode.HOLD
+        unanswered = 0
         with self._watching(mode) as signs:
             for left in reversed(range(self._settings.command_attempts)):
                 send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
+                if unanswered and signs.are_an_answer:
+                    break
                 try:
-                    await self._accepted(mode, attempts=1, send_before_s=send_before_s)
+                    await self._accepted(mode, sent_before=unanswered, send_before_s=send_before_s)
                     signs.begin_anew()
                     break
-                except (LinkTimeoutError, CommandExpiredError):
-                    if not left:
+                except (LinkTimeoutError, CommandExpiredError) as error:
+                    unanswered += isinstance(error, LinkTimeoutError)
+                    if not left and not (unanswered and signs.are_an_answer):
                         raise
             await self._until(signs)
 
-    async def _accepted(self, mode: FlightMode, *, attempts: int, send_before_s: float | None = None) -> None:
+    async def _accepted(self, mode: FlightMode, *, sent_before: int = 0, send_before_s: float | None = None) -> None:
         main, sub = mode_numbers(mode, self._beat)
         request = command(
             MavCmd.DO_SET_MODE,
@@ -257,10 +269,10 @@ class ModeSwitch:
             main,
             sub,
             timeout_s=self._settings.command_timeout_s,
-            attempts=attempts,
+            attempts=1,
         )
         await self._sender.accepted(
-            replace(request, send_before_s=send_before_s),
+            replace(request, sent_before=sent_before, send_before_s=send_before_s),
             f"enter {mode.value} mode",
             text_window_s=self._settings.refusal_text_window_s,
         )

@@ -47,8 +47,9 @@ class CommandRequest:
     MAV_FRAME_GLOBAL: as a float a longitude can be off by a metre.
 
     `attempts` counts sends without any acknowledgement, `timeout_s` is the wait after each. A release is sent once per
-    request: the state machine of the drop decides on another attempt. `send_before_s` is the monotonic time after which
-    the command must not be sent, however long it had to wait.
+    request: the state machine of the drop decides on another attempt. `sent_before` counts the sends of earlier
+    requests of the same command that nobody answered: an error names all. `send_before_s` is the monotonic time after
+    which the command must not be sent, however long it had to wait.
     """
 
     command: MavCmd
@@ -56,6 +57,7 @@ class CommandRequest:
     timeout_s: float = 1.0
     attempts: int = 3
     in_progress_timeout_s: float = 10.0
+    sent_before: int = 0
     send_before_s: float | None = None
     place: tuple[int, int] | None = None
 

@@ -98,7 +98,7 @@ async def test_one_attempt_without_an_answer_is_a_timeout_and_is_not_repeated(
     await acks_of(quiet_link, gripper(RELEASE))
     quad.control("lost_ack", 1)  # a second one would be answered
     began_s = time.monotonic()
-    with pytest.raises(LinkTimeoutError, match="1 attempts without an answer") as caught:
+    with pytest.raises(LinkTimeoutError, match="1 attempt without an answer") as caught:
         await acks_of(quiet_link, gripper(RELEASE, timeout_s=0.3, attempts=1))
     assert time.monotonic() - began_s >= 0.3
     assert "unknown" in caught.value.hint

@@ -55,6 +55,20 @@ async def test_one_that_is_armed_after_the_first_try_is_not_told_again() -> None
         assert len(_modes(vehicle)) == 1
 
 
+async def test_one_that_obeys_and_whose_answers_are_all_lost_holds() -> None:
+    settings = LinkSettings(command_timeout_s=0.5)
+    async with listening_vehicle() as vehicle, opened([vehicle.url], vehicles=1, settings=settings) as source:
+        vehicle.base_mode, vehicle.custom_mode = DISARMED, OFFBOARD
+
+        def obey(message: Any) -> None:
+            if message.get_type() == "COMMAND_LONG" and message.command == MavCmd.DO_SET_MODE:
+                vehicle.custom_mode = HOLD
+
+        vehicle.on_heard = obey
+        await source.links()[0].hold_disarmed()
+        assert vehicle.custom_mode == HOLD
+
+
 async def test_without_an_answer_it_is_tried_as_often_as_any_command() -> None:
     settings = LinkSettings(command_timeout_s=0.3, command_attempts=2)
     async with listening_vehicle() as vehicle, opened([vehicle.url], vehicles=1, settings=settings) as source:

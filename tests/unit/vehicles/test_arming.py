@@ -95,6 +95,14 @@ async def test_an_arming_that_is_not_sent_does_not_count_as_sent() -> None:
     assert (vehicle.sent, left.is_set()) == (0, False)
 
 
+@pytest.mark.parametrize(("attempts", "told"), [(1, "1 attempt without"), (3, "3 attempts without")])
+async def test_all_attempts_without_an_answer_are_counted(attempts: int, told: str) -> None:
+    vehicle = Armed(obeys=4, results=[None] * 3, settings=replace(UNANSWERED, command_attempts=attempts))
+    with pytest.raises(LinkTimeoutError, match=told):
+        await vehicle.arming.disarm()
+    assert vehicle.sent == attempts
+
+
 async def test_a_vehicle_that_stays_armed_is_told() -> None:
     vehicle = Armed(obeys=4)
     with pytest.raises(LinkTimeoutError, match="HEARTBEAT does not report it"):

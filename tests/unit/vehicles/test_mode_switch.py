@@ -197,3 +197,25 @@ async def test_a_mode_that_was_entered_and_left_after_its_acknowledgement_was_se
     vehicle.on_sent = take
     await vehicle.switch.to(FlightMode.MISSION)
     assert vehicle.sent == [FlightMode.MISSION]
+
+
+@pytest.mark.parametrize("shown_at", [1, 3])
+async def test_hold_that_a_standing_vehicle_reports_and_never_acknowledges_is_entered(shown_at: int) -> None:
+    vehicle = Commanded(FlightMode.MISSION)
+    switching = asyncio.create_task(vehicle.switch.to_hold_disarmed())
+    while not switching.done():
+        vehicle.beat(FlightMode.HOLD if len(vehicle.sent) >= shown_at else FlightMode.MISSION)
+        await asyncio.sleep(0.02)
+    await switching
+    assert vehicle.sent == [FlightMode.HOLD] * shown_at
+
+
+async def test_hold_that_a_standing_vehicle_neither_reports_nor_acknowledges_names_all_attempts() -> None:
+    vehicle = Commanded(FlightMode.MISSION)
+    switching = asyncio.create_task(vehicle.switch.to_hold_disarmed())
+    while not switching.done():
+        vehicle.beat(FlightMode.MISSION)
+        await asyncio.sleep(0.02)
+    with pytest.raises(LinkTimeoutError, match="3 attempts without an answer"):
+        await switching
+    assert vehicle.sent == [FlightMode.HOLD] * 3
