@@ -177,6 +177,9 @@ class MavsdkVehicleLink:
         self._quarantine.refuse()
         await self._arming.arm(leaves)
 
+    async def wait_armed(self) -> None:
+        await self._arming.until_armed()
+
     async def disarm(self) -> None:
         await self._arming.disarm()
 

@@ -18,7 +18,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     VehicleTakenError,
 )
-from app.domain.flight.modes import armed_by_others, disarmed_by_others, taken_meanwhile
+from app.domain.flight.modes import armed_by_others, disarmed_by_others, disarmed_meanwhile, taken_meanwhile
 from app.domain.mission import MavCmd
 from app.domain.vehicle.commands import is_late
 from app.domain.vehicle.state import AutopilotKind, FlightMode, vehicle_type
@@ -86,6 +86,10 @@ async def until_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | No
     return received_s + _LEAVES_WITHIN_S
 
 
+_UNDER_WAY_S: Final = 0.5
+"""A HEARTBEAT may be older than the arming that was acknowledged before it: PX4 publishes its state at 2 Hz or more."""
+
+
 class Arming:
     """Arms and disarms with COMPONENT_ARM_DISARM."""
 
@@ -98,6 +102,31 @@ class Arming:
         """Arm a vehicle that stands disarmed in Hold; see VehicleLink. `leaves` is called when the command is sent."""
         send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
         await self._accepted(armed=True, send_before_s=send_before_s, on_sent=leaves)
+
+    async def until_armed(self) -> None:
+        """Return with the next HEARTBEAT that says armed; see VehicleLink.wait_armed."""
+        since_s = time.monotonic()
+        first: asyncio.Future[Heartbeat] = asyncio.get_running_loop().create_future()
+
+        def take(message: Heartbeat, received_s: float) -> None:
+            says_armed = bool(message.base_mode & _ARMED)
+            counts_from_s = since_s if says_armed else since_s + _UNDER_WAY_S
+            if received_s >= counts_from_s and not first.done():
+                first.set_result(message)
+
+        end = self._inbox.on(Heartbeat, take)
+        try:
+            async with asyncio.timeout(self._settings.mode_seen_timeout_s):
+                beat = await first
+        except TimeoutError as error:
+            raise LinkTimeoutError(
+                f"arming was not confirmed: no HEARTBEAT within {self._settings.mode_seen_timeout_s:g} s",
+                hint="see whether the vehicle is armed",
+            ) from error
+        finally:
+            end()
+        if not beat.base_mode & _ARMED:
+            raise disarmed_meanwhile(flight_mode(beat.custom_mode, beat))
 
     async def disarm(self) -> None:
         """Disarm until HEARTBEAT shows it: an acknowledgement names no request, and may be that of an arming. It is
@@ -181,19 +210,24 @@ class ModeSwitch:
     def _heard(self, message: Heartbeat, _received_s: float) -> None:
         self._beat = message
 
+    @property
+    def _is_armed(self) -> bool:
+        return self._beat is not None and bool(self._beat.base_mode & _ARMED)
+
     async def to(self, mode: FlightMode, *, until_seen: bool = False) -> None:
         """Command `mode` and return when a HEARTBEAT or CURRENT_MODE shows it.
 
         It is commanded again while nobody answers, unless it is late; `until_seen`: also while it is acknowledged and
         not seen. If the vehicle is in a third mode by then (Hold apart, into which PX4 goes by itself) somebody else
-        has it; the same if it entered the mode and left it again. Hold alone is then commanded again.
+        has it; the same if it entered the mode and left it again. Hold alone is then commanded again. Mission is not
+        commanded again once the vehicle is disarmed: it would take off as soon as somebody arms it.
 
         Raises:
             VehicleRefusedError: the vehicle cannot enter the mode; `extra` has its texts.
-            VehicleTakenError: a pilot, another ground station or a failsafe chose another mode meanwhile.
+            VehicleTakenError: a pilot, another ground station or a failsafe chose another mode, or disarmed it.
             LinkTimeoutError: no ack, or acknowledged and then not seen.
         """
-        before, unanswered = self._mode(), 0
+        before, was_armed, unanswered = self._mode(), self._is_armed, 0
         with self._watching(mode) as signs:
             for left in reversed(range(self._settings.command_attempts)):
                 due_s = time.monotonic() + self._settings.command_timeout_s
@@ -217,6 +251,8 @@ class ModeSwitch:
                     break
                 if before is not None and (now := self._mode()) not in (before, mode, FlightMode.HOLD):
                     raise taken_meanwhile(now)
+                if mode is FlightMode.MISSION and was_armed and not self._is_armed:
+                    raise disarmed_meanwhile(self._mode())
             await self._until(signs)
 
     async def through_hold_to(self, mode: FlightMode) -> None:

@@ -157,6 +157,9 @@ class FakeLink:
         leaves()
         self.change(armed=True)
 
+    async def wait_armed(self) -> None:
+        """It is."""
+
     async def disarm(self) -> None:
         self.change(armed=False)
 

@@ -8,7 +8,15 @@ from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
 from app.domain.autopilot.declared import default_facts
-from app.domain.errors import LinkError, VehicleQuarantinedError, VehicleRefusedError, VehicleTakenError, WaydropError
+from app.domain.errors import (
+    LinkError,
+    LinkTimeoutError,
+    VehicleQuarantinedError,
+    VehicleRefusedError,
+    VehicleTakenError,
+    WaydropError,
+)
+from app.domain.flight.modes import disarmed_meanwhile
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
@@ -184,6 +192,12 @@ class ScriptedVehicle:
             self.arm_refusals -= 1
             raise VehicleRefusedError("arming denied; Preflight Fail: no GNSS", texts=["Preflight Fail: no GNSS"])
         self.put(armed=self.says_armed)
+
+    async def wait_armed(self) -> None:
+        if not self.says_armed:
+            raise LinkTimeoutError("no HEARTBEAT")
+        if not self.truth.armed:
+            raise disarmed_meanwhile(self.truth.mode)
 
     async def disarm(self) -> None:
         self.sent.append("disarm")

@@ -46,6 +46,16 @@ def disarmed_by_others(
     )
 
 
+def disarmed_meanwhile(mode: FlightMode | None) -> VehicleTakenError:
+    """Return the error for a vehicle that was armed for its mission and reports disarmed, but not by Waydrop."""
+    return VehicleTakenError(
+        "the vehicle was disarmed again, not by Waydrop: by a pilot, another ground station or itself",
+        hint="start again when no other client controls it",
+        mode=None if mode is None else mode.value,
+        armed=False,
+    )
+
+
 def taken_meanwhile(mode: FlightMode | None) -> VehicleTakenError:
     """Return the error for a vehicle whose mode changed while another one was commanded."""
     return VehicleTakenError(

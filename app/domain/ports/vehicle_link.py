@@ -151,6 +151,13 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
             LinkTimeoutError: no acknowledgement: it may be armed now.
         """
 
+    async def wait_armed(self) -> None:
+        """Wait for a HEARTBEAT that arrives from now on and reports armed: after an older one, somebody may have
+        disarmed the vehicle.
+
+        Raises VehicleTakenError: it reports disarmed. LinkTimeoutError: no HEARTBEAT arrived in time.
+        """
+
     async def disarm(self) -> None:
         """Disarm, confirmed by the HEARTBEAT; refused in flight."""
 

@@ -28,7 +28,13 @@ from app.domain.events.run import (
     answer,
 )
 from app.domain.flight.inputs import StateReached, UploadProgressed, UploadVerified
-from app.domain.flight.modes import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
+from app.domain.flight.modes import (
+    armed_by_others,
+    arming_obstacle,
+    disarmed_by_others,
+    disarmed_meanwhile,
+    hold_hint,
+)
 from app.domain.mission import NAN, MavCmd, Mission, MissionType
 from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
 from app.domain.reasons import Reason, ReasonCode
@@ -46,6 +52,7 @@ from app.services.runs.settings import RunSettings
 GRAB: Final = 1.0
 """DO_GRIPPER param2: 1 is GRAB, 0 is RELEASE."""
 _OF_A_START: Final = frozenset({FlightMode.HOLD, FlightMode.TAKEOFF, FlightMode.MISSION})
+_ARMED_ALREADY: Final = "it is armed already, by an arming that was not acknowledged"
 _STEP_PERCENT: Final = 2.0
 _PROGRESS_S: Final = 0.05
 """A short upload has ended before, and is stored in one commit."""
@@ -85,8 +92,9 @@ class Preparation:
         self._closes_gripper = closes_gripper
         self._progressed = asyncio.Event()
         self._changed, self._checked_s = False, 0.0
+        self._arming_left = self._seen_armed = self._was_disarmed = False
         self.may_fly = False
-        """A start armed the vehicle, or may have, and no disarming was accepted since."""
+        """A start armed the vehicle, or may have, and no disarming was accepted or seen since."""
 
     async def upload(self) -> None:
         """Upload and verify; the run is stored as uploading. Raises LinkError, StorageError."""
@@ -110,13 +118,14 @@ class Preparation:
         `at_first_item` is called before arming: mission reports until then are not part of the flight.
 
         Raises:
-            VehicleTakenError: somebody else armed it, or changed its mode meanwhile.
+            VehicleTakenError: somebody else armed it, changed its mode meanwhile, or disarmed it again.
             PlanRejectedError: its parameters changed, and it would not fly the plan; recorded with the findings.
             ConflictError: its clock is too fast for supervised drops. LinkError: with the vehicle's reason.
             StorageError.
         """
         if self._link.state().armed:
             raise armed_by_others("the vehicle", self._link.state().mode)
+        self._seen_armed = self._was_disarmed = False
         self._reach(RunState.STARTING)
         await self._recorder.flush()
         unsubscribe = self._link.subscribe(self._on_fact)
@@ -138,9 +147,10 @@ class Preparation:
         at_first_item()
         try:
             await self._arm()
-            await self._record_command(RunCommand(command=RunCommandName.START_MISSION))
-            await self._link.start_mission()
+            await self._start_mission()
         except (WaydropError, asyncio.CancelledError) as error:
+            if self._was_disarmed or (isinstance(error, VehicleTakenError) and error.extra.get("armed") is False):
+                self.may_fly = False
             if self.may_fly and self.is_not_taken and not isinstance(error, VehicleTakenError):
                 await self._disarm()
             raise
@@ -161,6 +171,10 @@ class Preparation:
 
     def _on_fact(self, fact: LinkFact) -> None:
         self._changed = self._changed or isinstance(fact, ParametersChanged)
+        if self.may_fly:
+            armed = self._link.state().armed
+            self._seen_armed = self._seen_armed or armed is True
+            self._was_disarmed = self._was_disarmed or (self._seen_armed and armed is False)
 
     async def _refuse_unfit(self) -> None:
         self._changed, self._checked_s = False, self._clock.monotonic()
@@ -228,45 +242,88 @@ class Preparation:
         await self._record_command(RunCommand(command=RunCommandName.HOLD, previous_mode=mode))
         try:
             await self._link.hold_disarmed()
+        except VehicleTakenError as error:
+            await self._record_outcome(RunCommandName.HOLD, error.detail)
+            raise
         except LinkError as error:
             await self._record_outcome(RunCommandName.HOLD, error.detail)
             raise self._because_of_mode(error) from error
         await self._record_outcome(RunCommandName.HOLD)
 
     async def _arm(self) -> None:
-        """Ask until it arms. Found armed after an arming that nobody answered, it is armed by that one."""
+        """Ask until it arms, and a HEARTBEAT after the answer reports it. Found armed after an arming that nobody
+        answered, it is armed by that one. Disarmed since, it has been disarmed by somebody else, and stays so.
+        """
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
             await self._refuse_changed()
-            await self._record_command(RunCommand(command=RunCommandName.ARM))
             self._refuse_taken()
             if self._link.state().armed:
                 break
-            try:
-                await self._link.arm(self._arming_leaves)
+            error = await self._arm_once()
+            if error is None:
                 break
-            except VehicleTakenError as error:
-                self.may_fly = self.may_fly and bool(error.extra.get("armed"))
-                if not self.may_fly:
-                    raise
-            except (VehicleRefusedError, LinkTimeoutError, CommandExpiredError) as error:
-                await self._record_outcome(RunCommandName.ARM, error.detail)
-                self.may_fly = self.may_fly and not isinstance(error, VehicleRefusedError)
-                if self._clock.monotonic() >= deadline_s:
-                    raise self._because_of_mode(error) from error
-                await asyncio.sleep(self._settings.arm_again_s)
-        self._refuse_taken()
+            if self._clock.monotonic() >= deadline_s:
+                raise self._because_of_mode(error) from error
+            await asyncio.sleep(self._settings.arm_again_s)
+        try:
+            await self._link.wait_armed()
+            self._refuse_taken()
+        except WaydropError as error:
+            self.may_fly = self.may_fly and not isinstance(error, VehicleTakenError)
+            await self._record_outcome(RunCommandName.ARM, error.detail)
+            raise
         await self._record_outcome(RunCommandName.ARM)
+
+    async def _arm_once(self) -> LinkError | None:
+        """Command it; what kept it from arming, if it is worth another try. Raises VehicleTakenError, LinkError."""
+        await self._record_command(RunCommand(command=RunCommandName.ARM))
+        self._arming_left = False
+        try:
+            self._refuse_taken()
+            await self._link.arm(self._arming_leaves)
+        except WaydropError as error:
+            if isinstance(error, VehicleTakenError):
+                self.may_fly = self.may_fly and bool(error.extra.get("armed"))
+            elif isinstance(error, VehicleRefusedError):
+                self.may_fly = False
+            is_ours = self.may_fly and isinstance(error, VehicleTakenError)
+            await self._record_outcome(
+                RunCommandName.ARM, _ARMED_ALREADY if is_ours else error.detail, is_sent=self._arming_left
+            )
+            if is_ours:
+                return None
+            if isinstance(error, VehicleRefusedError | LinkTimeoutError | CommandExpiredError):
+                return error
+            raise
+        return None
+
+    async def _start_mission(self) -> None:
+        await self._record_command(RunCommand(command=RunCommandName.START_MISSION))
+        is_sent = False
+        try:
+            self._refuse_taken()
+            is_sent = True
+            await self._link.start_mission()
+        except WaydropError as error:
+            with contextlib.suppress(StorageError):
+                await self._record_outcome(RunCommandName.START_MISSION, error.detail, is_sent=is_sent)
+            raise
 
     def _arming_leaves(self) -> None:
         """It has just reported disarmed: from here on it is armed by this command, or by somebody else."""
-        self.may_fly = True
+        self.may_fly = self._arming_left = True
 
     def _refuse_taken(self) -> None:
-        """It is in Hold, possibly by this command: whoever changes that controls it. Raises VehicleTakenError."""
+        """It is in Hold, possibly by this command: whoever changes that controls it, and so does whoever disarms it.
+        Raises VehicleTakenError.
+        """
         state = self._link.state()
+        self.may_fly = self.may_fly and not self._was_disarmed
         if state.armed and not self.may_fly:
             raise armed_by_others("the vehicle", state.mode)
+        if self._was_disarmed:
+            raise disarmed_meanwhile(state.mode)
         if state.mode is FlightMode.HOLD:
             return
         self.may_fly = False  # not ours any more, and so not ours to disarm
@@ -302,7 +359,9 @@ class Preparation:
         self._recorder.record(command)
         await self._recorder.flush()
 
-    async def _record_outcome(self, command: RunCommandName, problem: str = "") -> None:
-        outcome = CommandOutcome.FAILED if problem else CommandOutcome.DONE
+    async def _record_outcome(self, command: RunCommandName, problem: str = "", *, is_sent: bool = True) -> None:
+        outcome = CommandOutcome.DONE
+        if problem:
+            outcome = CommandOutcome.FAILED if is_sent else CommandOutcome.NOT_SENT
         self._recorder.record(RunAck(command=command, outcome=outcome, detail=problem))
         await self._recorder.flush()

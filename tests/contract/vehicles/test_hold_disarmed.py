@@ -1,5 +1,7 @@
 """VehicleLink.hold_disarmed and arm, and a vehicle that somebody arms at the same moment: it is told neither.
 
+And wait_armed, for the moment after.
+
 On a busy machine an order may come too late to be sent at all, and a frame too late to pass the guard.
 """
 
@@ -14,7 +16,7 @@ from app.domain.mission import MavCmd
 from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles import LinkSettings, MavsdkLinkSource
 from tests.contract.vehicles.listening_vehicle import ListeningVehicle, listening_vehicle
-from tests.support.driving import opened, opened_link
+from tests.support.driving import opened, opened_link, until
 
 ARMED, DISARMED = 0x81, 0x01
 POSITION, TAKEOFF, OFFBOARD, HOLD = 3 << 16, 4 << 16 | 2 << 24, 6 << 16, 4 << 16 | 3 << 24
@@ -93,6 +95,19 @@ async def test_an_armed_vehicle_is_not_armed_again_px4_would_accept_that() -> No
         vehicle.base_mode, vehicle.custom_mode = ARMED, POSITION
         with pytest.raises(VehicleTakenError, match="armed in POSITION mode"):
             await link.arm()
+        assert _sent(vehicle, MavCmd.COMPONENT_ARM_DISARM) == []
+
+
+async def test_a_vehicle_is_armed_once_a_heartbeat_from_now_on_says_so() -> None:
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+        vehicle.base_mode, vehicle.custom_mode = ARMED, HOLD
+        await until(lambda: link.state().armed is True, "it must report armed", 15.0)
+        await link.wait_armed()
+        vehicle.base_mode = DISARMED  # a pilot
+        await until(lambda: link.state().armed is False, "it must report disarmed", 15.0)
+        with pytest.raises(VehicleTakenError, match="disarmed again") as caught:
+            await link.wait_armed()
+        assert (caught.value.extra["mode"], caught.value.extra["armed"]) == ("hold", False)
         assert _sent(vehicle, MavCmd.COMPONENT_ARM_DISARM) == []
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.errors import CommandExpiredError, LinkTimeoutError, VehicleRefusedError
+from app.domain.errors import CommandExpiredError, LinkTimeoutError, VehicleRefusedError, VehicleTakenError
 from app.vehicles.command_sender import CommandSender
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox
@@ -93,6 +93,44 @@ async def test_an_arming_that_is_not_sent_does_not_count_as_sent() -> None:
     with pytest.raises(CommandExpiredError):
         await arming
     assert (vehicle.sent, left.is_set()) == (0, False)
+
+
+@pytest.mark.parametrize("older", [True, False])
+async def test_a_heartbeat_from_now_on_shows_that_it_is_armed(older: bool) -> None:
+    vehicle = Armed(obeys=1)
+    vehicle.beat(armed=older)
+    await asyncio.sleep(0)
+    waiting = asyncio.create_task(vehicle.arming.until_armed())
+    await asyncio.sleep(0)
+    assert not waiting.done()
+    vehicle.beat(armed=True)
+    await waiting
+
+
+async def test_one_that_was_under_way_before_the_arming_is_waited_out() -> None:
+    vehicle = Armed(obeys=1)
+    waiting = asyncio.create_task(vehicle.arming.until_armed())
+    await asyncio.sleep(0)
+    vehicle.beat(armed=False)
+    vehicle.beat(armed=True)
+    await waiting
+
+
+async def test_a_vehicle_that_goes_on_reporting_disarmed_was_disarmed_by_somebody_else() -> None:
+    vehicle = Armed(obeys=1)
+    waiting = asyncio.create_task(vehicle.arming.until_armed())
+    while not waiting.done():
+        vehicle.beat(armed=False)
+        await asyncio.sleep(0.05)
+    with pytest.raises(VehicleTakenError, match="disarmed again, not by Waydrop") as caught:
+        await waiting
+    assert caught.value.extra == {"mode": "hold", "armed": False}
+
+
+async def test_without_a_heartbeat_nobody_knows_whether_it_is_armed() -> None:
+    vehicle = Armed(obeys=1, settings=replace(SETTINGS, mode_seen_timeout_s=0.1))
+    with pytest.raises(LinkTimeoutError, match="no HEARTBEAT within"):
+        await vehicle.arming.until_armed()
 
 
 @pytest.mark.parametrize(("attempts", "told"), [(1, "1 attempt without"), (3, "3 attempts without")])

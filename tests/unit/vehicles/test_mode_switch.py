@@ -45,10 +45,11 @@ class Commanded:
         told = {"standard_mode": 0, "custom_mode": custom_mode, "intended_custom_mode": custom_mode}
         self.inbox.post("CURRENT_MODE", json.dumps(told))
 
-    def beat(self, mode: FlightMode) -> None:
-        """HEARTBEAT of a disarmed multicopter with PX4."""
+    def beat(self, mode: FlightMode, *, armed: bool = False) -> None:
+        """HEARTBEAT of a multicopter with PX4."""
         self.mode = mode
-        told = {"type": 2, "autopilot": 12, "base_mode": 1, "system_status": 3, "mavlink_version": 3}
+        base_mode = 129 if armed else 1
+        told = {"type": 2, "autopilot": 12, "base_mode": base_mode, "system_status": 3, "mavlink_version": 3}
         self.inbox.post("HEARTBEAT", json.dumps({**told, "custom_mode": 4 << 16 | int(MODES[mode]) << 24}))
 
     def _take(self, message: Outgoing) -> None:
@@ -197,6 +198,19 @@ async def test_a_mode_that_was_entered_and_left_after_its_acknowledgement_was_se
     vehicle.on_sent = take
     await vehicle.switch.to(FlightMode.MISSION)
     assert vehicle.sent == [FlightMode.MISSION]
+
+
+@pytest.mark.parametrize("disarmed", [False, True])
+async def test_a_vehicle_that_was_disarmed_meanwhile_is_not_put_into_mission_mode_again(disarmed: bool) -> None:
+    vehicle = Commanded()
+    vehicle.beat(FlightMode.HOLD, armed=True)
+    await asyncio.sleep(0)
+    vehicle.on_sent = lambda _mode: vehicle.beat(FlightMode.HOLD, armed=not disarmed)
+    with pytest.raises(VehicleTakenError if disarmed else LinkTimeoutError) as caught:
+        await vehicle.switch.to(FlightMode.MISSION)
+    assert len(vehicle.sent) == (1 if disarmed else 3)
+    if not disarmed:
+        assert "3 attempts without an answer" in caught.value.detail
 
 
 @pytest.mark.parametrize("shown_at", [1, 3])

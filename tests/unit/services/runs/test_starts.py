@@ -121,7 +121,6 @@ async def test_a_start_that_cannot_be_undone_is_followed_and_not_called_failed()
 async def test_a_start_that_fails_is_disarmed_although_no_heartbeat_said_armed_yet() -> None:
     async with run_service() as service:
         service.vehicle.says_armed = False
-        service.vehicle.start_error = LinkTimeoutError("no ack of the start")
         await service.create()
         await service.until_state(RunState.FAILED)
         assert service.vehicle.sent[-1] == "disarm"
