@@ -137,7 +137,7 @@ class ReasonCode(StrEnum):
         "acknowledged on an open link, where anyone could have sent it; no movement of an output was observed",
     )
     DROP_ACKNOWLEDGED_THEN = "drop.acknowledged_then", "acknowledged; then {cause}"
-    DROP_ACK_MISSING = "drop.ack_missing", "no final acknowledgement after {attempts} attempts"
+    DROP_ACK_MISSING = "drop.ack_missing", "no final acknowledgement (attempts: {attempts})"
     DROP_ACK_MISSING_RELEASED = (
         "drop.ack_missing_released",
         "no final acknowledgement, but the gripper output moved to release",
