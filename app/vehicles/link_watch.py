@@ -44,7 +44,7 @@ from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements, mission_state
 from app.vehicles.quarantine import Quarantine
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts, reason_of
+from app.vehicles.status_texts import StatusTexts
 
 # MISSION_ITEM_REACHED once per visit, and confirmed: PX4 repeats it about eleven times, a second apart, until another
 # is reached.
@@ -382,9 +382,7 @@ class LinkWatch:
             self._facts.emit(GripperOutput(output_us=output))
 
     def _event(self, message: EventReport, received_s: float) -> None:
-        reason = reason_of(message)
-        if reason is not None:
-            self._texts.add(reason.text, received_s, reason.topic)
+        self._texts.take_event(message, received_s, self._measurements.mode, self._measurements.intended_mode)
 
 
 def _began_anew(before: MissionCurrentReport, now: MissionCurrentReport) -> bool:

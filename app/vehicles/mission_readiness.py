@@ -14,12 +14,13 @@ from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MissionType
 from app.domain.vehicle.state import MissionState
 from app.vehicles.decoders import MissionCurrentReport
+from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements, mission_state
 from app.vehicles.mission_upload import MissionUploader, UploadRecord
 from app.vehicles.mission_wire import first_difference
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts, Topic
+from app.vehicles.status_texts import StatusTexts
 
 _FLOWN_BEFORE: Final = frozenset({MissionState.ACTIVE, MissionState.PAUSED, MissionState.COMPLETE})
 

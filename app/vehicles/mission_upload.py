@@ -14,6 +14,7 @@ from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.ports.vehicle_link import UploadProgress
 from app.vehicles.decoders import MissionAck, MissionCurrentReport
 from app.vehicles.encoders import Outgoing
+from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
 from app.vehicles.link_guard.guard import WatchItems
 from app.vehicles.list_transfer import ListTransfer
@@ -29,7 +30,7 @@ from app.vehicles.mission_wire import (
 )
 from app.vehicles.native import NativeSystem
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts, Topic
+from app.vehicles.status_texts import StatusTexts
 
 # One upload of one list through mavsdk's mission_raw, watched on the wire.
 #

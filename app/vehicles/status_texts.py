@@ -6,54 +6,13 @@ import asyncio
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum, auto
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.domain.text import one_line
 from app.domain.vehicle.facts import MavSeverity, StatusText
+from app.domain.vehicle.state import FlightMode
 from app.vehicles.decoders import EventReport, StatusTextChunk
-
-# PX4 EVENTs in words, for reasons that no STATUSTEXT gives.
-#
-# PX4 names an event by a hash and keeps the words in metadata that a ground station must fetch. These few say why a
-# mission was not accepted or a failsafe acts; recorded from PX4 v1.18 (main, 2026-08). Others are left out.
-
-
-class Topic(Enum):
-    """What a reason is about. PX4 sends its health report anew at each upload, whatever was uploaded."""
-
-    MISSION = auto()
-    HEALTH = auto()
-
-
-class Reason(NamedTuple):
-    """An event in words."""
-
-    text: StatusText
-    topic: Topic
-
-
-def _reason(severity: MavSeverity, text: str, topic: Topic) -> Reason:
-    return Reason(StatusText(severity=severity, text=text), topic)
-
-
-_REASONS: Final = {
-    19546926: _reason(MavSeverity.ERROR, "Mission rejected: add a landing item or remove the takeoff", Topic.MISSION),
-    21551397: _reason(
-        MavSeverity.ERROR, "Mission rejected: the landing glide slope is steeper than the vehicle allows", Topic.MISSION
-    ),
-    25237137: _reason(MavSeverity.ERROR, "Mission rejected: landing waypoint or pattern required", Topic.MISSION),
-    33440290: _reason(MavSeverity.ERROR, "Mission rejected: takeoff is not the first waypoint item", Topic.MISSION),
-    22091529: _reason(MavSeverity.WARNING, "First waypoint far away from home", Topic.MISSION),
-    27571288: _reason(MavSeverity.ERROR, "Connection to ground control station lost", Topic.HEALTH),
-    28241790: _reason(MavSeverity.ERROR, "No offboard signal", Topic.HEALTH),
-}
-
-
-def reason_of(event: EventReport) -> Reason | None:
-    """The event as a reason; None if it is none of those."""
-    return _REASONS.get(event.id)
-
+from app.vehicles.event_reasons import Topic, reason_of
 
 _SEVERITIES: Final = tuple(MavSeverity)
 _CHUNK_CHARS: Final = 50
@@ -65,6 +24,8 @@ _MERGED_S: Final = 10.0
 _MERGED: Final = 64
 """So many different texts are watched for repetitions."""
 _REASON_SEVERITIES: Final = frozenset(_SEVERITIES[:5])
+_DELIVERIES: Final = (FlightMode.HOLD, FlightMode.MISSION)
+"""A vehicle is armed in Hold and flies its mission: what keeps it from that is told whatever its mode is."""
 
 
 @dataclass(slots=True)
@@ -110,8 +71,16 @@ class StatusTexts:
         for key in [key for key, text in self._open.items() if now_s - text.since_s > _LOST_AFTER_S]:
             self._finish(key, now_s)
 
-    def add(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
-        """Keep and emit a text from elsewhere (an EVENT in words); the topic of a STATUSTEXT is not known."""
+    def take_event(self, event: EventReport, received_s: float, *modes: FlightMode | None) -> None:
+        """Keep and emit an EVENT in words; an arming check only if it concerns these modes or a delivery."""
+        reason = reason_of(event)
+        if reason is None:
+            return
+        if reason.concerns(*modes, *_DELIVERIES):
+            self._add(reason.text, received_s, reason.topic)
+
+    def _add(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
+        """Keep and emit; the topic of a STATUSTEXT is not known."""
         if text.severity in _REASON_SEVERITIES:
             self._kept.append((received_s, text, topic))
             self._arrived.set()
@@ -157,4 +126,4 @@ class StatusTexts:
         known = _SEVERITIES[min(severity, len(_SEVERITIES) - 1)]  # MAVLink has no number beyond DEBUG
         clean = one_line(text).strip()
         if clean:
-            self.add(StatusText(severity=known, text=clean), received_s)
+            self._add(StatusText(severity=known, text=clean), received_s)

@@ -17,7 +17,7 @@ from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
 from app.vehicles.mission_upload import MissionUploader, UploadRecord
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts, reason_of
+from app.vehicles.status_texts import StatusTexts
 
 NO_MISSION, NOT_STARTED, ACTIVE = 1, 2, 3
 OURS, BEFORE = 77, 66
@@ -122,9 +122,7 @@ async def test_an_infeasible_mission_is_explained_by_what_is_about_the_mission_a
     """PX4 sends its health report anew at each upload: "No offboard signal" says nothing of the mission."""
     vehicle = Waiting(armed=False)
     for event_id in (28241790, 33440290):
-        reason = reason_of(EventReport(event_id, b""))
-        assert reason is not None
-        vehicle.texts.add(reason.text, time.monotonic(), reason.topic)
+        vehicle.texts.take_event(EventReport(event_id, b""), time.monotonic())
     waiting = vehicle.begin()
     await vehicle.report(30.0, 1)
     with pytest.raises(VehicleRefusedError) as refused:

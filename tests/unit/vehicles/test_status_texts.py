@@ -5,7 +5,8 @@ from __future__ import annotations
 import random
 
 from app.domain.vehicle.facts import StatusText
-from app.vehicles.decoders import StatusTextChunk
+from app.domain.vehicle.state import FlightMode
+from app.vehicles.decoders import EventReport, StatusTextChunk
 from app.vehicles.status_texts import StatusTexts
 
 
@@ -90,3 +91,20 @@ def test_chunks_are_joined_and_a_lost_end_is_told_without_it() -> None:
     texts.take(chunk("c" * 50, 6, 8, 0), 0.2)
     texts.tick(5.0)
     assert [text.text for text in told] == ["a" * 50 + "b", "c" * 50]
+
+
+NO_OFFBOARD_SIGNAL, NO_LOCAL_POSITION = 28241790, 30612409
+
+
+def check(event_id: int, modes: int = 0) -> EventReport:
+    return EventReport(event_id, modes.to_bytes(4, "little") + bytes(36))
+
+
+def test_a_check_is_told_only_where_a_delivery_or_the_present_mode_needs_it() -> None:
+    told: list[StatusText] = []
+    texts = StatusTexts(told.append)
+    texts.take_event(check(NO_OFFBOARD_SIGNAL, 0x4000), 0.0, FlightMode.POSITION, None)
+    assert told == []
+    texts.take_event(check(NO_LOCAL_POSITION, 0x7E00FC), 0.1, FlightMode.POSITION, None)
+    texts.take_event(check(NO_OFFBOARD_SIGNAL, 0x4000), 0.2, FlightMode.HOLD, FlightMode.OFFBOARD)
+    assert [text.text for text in told] == ["Navigation error: No valid position estimate", "No offboard signal"]
