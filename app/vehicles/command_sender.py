@@ -15,6 +15,7 @@ from typing import Final
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import NAN, MavCmd
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult, PendingCommand, is_late
+from app.domain.vehicle.state import FlightMode
 from app.vehicles.decoders import CommandAckReport, MissionCurrentReport
 from app.vehicles.encoders import CommandInt, CommandLong, MissionSetCurrent, Outgoing
 from app.vehicles.inbox import Inbox
@@ -66,9 +67,15 @@ class CommandSender:
             return final
 
     async def accepted(
-        self, request: CommandRequest, what: str, *, text_window_s: float, on_sent: Callable[[], None] = lambda: None
+        self,
+        request: CommandRequest,
+        what: str,
+        *,
+        text_window_s: float,
+        mode: FlightMode | None = None,
+        on_sent: Callable[[], None] = lambda: None,
     ) -> None:
-        """Send and return when ACCEPTED; `on_sent` as of `result`.
+        """Send and return when ACCEPTED; `on_sent` as of `result`. `mode`: the checks that fail for it are told too.
 
         Raises:
             VehicleRefusedError: any other final ack; `extra` has the result and the vehicle's texts.
@@ -79,6 +86,8 @@ class CommandSender:
         if ack.result is MavResult.ACCEPTED:
             return
         texts = await self._texts.await_reasons(since_s, window_s=text_window_s)
+        if mode is not None:
+            texts = tuple(dict.fromkeys((*texts, *self._texts.failing_checks(mode))))
         raise VehicleRefusedError(
             f"the vehicle refused to {what}: {ack.word}" + "".join(f"; {text}" for text in texts),
             hint="see its texts" if texts else "",

@@ -187,6 +187,7 @@ class Arming:
             replace(request, sent_before=sent_before, send_before_s=send_before_s),
             "arm" if armed else "disarm",
             text_window_s=self._settings.refusal_text_window_s,
+            mode=FlightMode.HOLD if armed else None,
             on_sent=on_sent,
         )
 
@@ -311,6 +312,7 @@ class ModeSwitch:
             replace(request, sent_before=sent_before, send_before_s=send_before_s),
             f"enter {mode.value} mode",
             text_window_s=self._settings.refusal_text_window_s,
+            mode=mode,
         )
 
     async def _until(self, signs: _Signs) -> None:

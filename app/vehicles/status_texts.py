@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -11,8 +12,9 @@ from typing import Final
 from app.domain.text import one_line
 from app.domain.vehicle.facts import MavSeverity, StatusText
 from app.domain.vehicle.state import FlightMode
+from app.vehicles.arming_checks import ArmingChecks
 from app.vehicles.decoders import EventReport, StatusTextChunk
-from app.vehicles.event_reasons import Topic, reason_of
+from app.vehicles.event_reasons import Topic, begins_report, reason_of
 
 _SEVERITIES: Final = tuple(MavSeverity)
 _CHUNK_CHARS: Final = 50
@@ -50,6 +52,7 @@ class StatusTexts:
         self._repeats: dict[StatusText, _Repeats] = {}
         self._kept: deque[tuple[float, StatusText, Topic | None]] = deque(maxlen=_KEPT)
         self._arrived = asyncio.Event()
+        self._checks = ArmingChecks()
 
     def take(self, chunk: StatusTextChunk, received_s: float) -> None:
         for other in [key for key in self._open if key != chunk.id]:
@@ -73,11 +76,19 @@ class StatusTexts:
 
     def take_event(self, event: EventReport, received_s: float, *modes: FlightMode | None) -> None:
         """Keep and emit an EVENT in words; an arming check only if it concerns these modes or a delivery."""
+        if begins_report(event):
+            self._checks.begin(received_s)
         reason = reason_of(event)
         if reason is None:
             return
+        if reason.is_check:
+            self._checks.add(reason)
         if reason.concerns(*modes, *_DELIVERIES):
             self._add(reason.text, received_s, reason.topic)
+
+    def failing_checks(self, mode: FlightMode) -> tuple[str, ...]:
+        """What keeps the vehicle from being armed or flown in `mode`, as far as it was said."""
+        return self._checks.failing(mode, time.monotonic())
 
     def _add(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
         """Keep and emit; the topic of a STATUSTEXT is not known."""
@@ -126,4 +137,5 @@ class StatusTexts:
         known = _SEVERITIES[min(severity, len(_SEVERITIES) - 1)]  # MAVLink has no number beyond DEBUG
         clean = one_line(text).strip()
         if clean:
+            self._checks.add_text(clean, received_s)
             self._add(StatusText(severity=known, text=clean), received_s)

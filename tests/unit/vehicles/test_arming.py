@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,6 +13,7 @@ import pytest
 
 from app.domain.errors import CommandExpiredError, LinkTimeoutError, VehicleRefusedError, VehicleTakenError
 from app.vehicles.command_sender import CommandSender
+from app.vehicles.decoders import EventReport, StatusTextChunk
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox
 from app.vehicles.modes import Arming
@@ -40,7 +42,8 @@ class Armed:
         self.sent = 0
         self.stands_still_s = 0.0
         self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
-        sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None), 245)
+        self.texts = StatusTexts(lambda text: None)
+        sender = CommandSender(self._take, self.inbox, self.texts, 245)
         self.arming = Arming(sender, self.inbox, settings)
 
     def _take(self, _message: Outgoing) -> None:
@@ -139,6 +142,25 @@ async def test_all_attempts_without_an_answer_are_counted(attempts: int, told: s
     with pytest.raises(LinkTimeoutError, match=told):
         await vehicle.arming.disarm()
     assert vehicle.sent == attempts
+
+
+async def test_a_refused_arming_is_explained_by_the_checks_that_fail_and_not_by_those_of_other_modes() -> None:
+    vehicle = Armed(obeys=1, results=[TEMPORARILY_REJECTED])
+    for event_id, modes in ((28241790, 0x4000), (30612409, 0x7E00FC)):
+        vehicle.texts.take_event(EventReport(event_id, modes.to_bytes(4, "little")), time.monotonic())
+    vehicle.texts.take(StatusTextChunk(4, "Preflight: GPS fix too low", 0, 0), time.monotonic())
+    arming = asyncio.create_task(vehicle.arming.arm(lambda: None))
+    await asyncio.sleep(0)
+    vehicle.texts.take(StatusTextChunk(2, "Arming denied: Resolve system health failures first", 0, 0), math.inf)
+    vehicle.beat(armed=False)
+    with pytest.raises(VehicleRefusedError) as refused:
+        await arming
+    assert refused.value.extra["texts"] == (
+        "Arming denied: Resolve system health failures first",
+        "Navigation error: No valid position estimate",
+        "Preflight: GPS fix too low",
+    )
+    assert refused.value.detail.endswith("No valid position estimate; Preflight: GPS fix too low")
 
 
 async def test_a_vehicle_that_stays_armed_is_told() -> None:

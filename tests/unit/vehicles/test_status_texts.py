@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import time
 
 from app.domain.vehicle.facts import StatusText
 from app.domain.vehicle.state import FlightMode
@@ -93,7 +94,7 @@ def test_chunks_are_joined_and_a_lost_end_is_told_without_it() -> None:
     assert [text.text for text in told] == ["a" * 50 + "b", "c" * 50]
 
 
-NO_OFFBOARD_SIGNAL, NO_LOCAL_POSITION = 28241790, 30612409
+NO_OFFBOARD_SIGNAL, NO_LOCAL_POSITION, SUMMARY = 28241790, 30612409, 27825120
 
 
 def check(event_id: int, modes: int = 0) -> EventReport:
@@ -108,3 +109,29 @@ def test_a_check_is_told_only_where_a_delivery_or_the_present_mode_needs_it() ->
     texts.take_event(check(NO_LOCAL_POSITION, 0x7E00FC), 0.1, FlightMode.POSITION, None)
     texts.take_event(check(NO_OFFBOARD_SIGNAL, 0x4000), 0.2, FlightMode.HOLD, FlightMode.OFFBOARD)
     assert [text.text for text in told] == ["Navigation error: No valid position estimate", "No offboard signal"]
+
+
+def test_the_checks_that_fail_now_are_those_of_the_newest_report_and_its_texts() -> None:
+    """As recorded: a report when it changes, its STATUSTEXT just before or just after, and none with the refusal."""
+    texts = StatusTexts(lambda text: None)
+    texts.take(chunk("Preflight: GPS fix too low", 4), 5.0)
+    texts.take_event(check(SUMMARY), 5.001)
+    texts.take_event(check(NO_OFFBOARD_SIGNAL, 0x4000), 5.002)
+    texts.take_event(check(NO_LOCAL_POSITION, 0x7E00FC), 5.003)
+    texts.take(chunk("Preflight: Compass not calibrated", 2), 5.004)
+    texts.take(chunk("Arming denied: Resolve system health failures first", 2), 9.0)
+    assert texts.failing_checks(FlightMode.HOLD) == (
+        "Navigation error: No valid position estimate",
+        "Preflight: GPS fix too low",
+        "Preflight: Compass not calibrated",
+    )
+    assert texts.failing_checks(FlightMode.OFFBOARD)[0] == "No offboard signal"
+    texts.take_event(check(SUMMARY), 20.0)
+    assert texts.failing_checks(FlightMode.HOLD) == ()
+
+
+def test_without_a_report_a_text_of_a_check_counts_for_ten_seconds() -> None:
+    texts, now_s = StatusTexts(lambda text: None), time.monotonic()
+    texts.take(chunk("Preflight Fail: Compass not calibrated", 2), now_s - 11.0)
+    texts.take(chunk("Preflight Fail: Accel not calibrated", 2), now_s)
+    assert texts.failing_checks(FlightMode.HOLD) == ("Preflight Fail: Accel not calibrated",)
