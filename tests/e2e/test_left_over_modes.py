@@ -71,6 +71,23 @@ async def _started(dispatcher: Dispatcher, plan_id: str, vehicle_id: str, mode: 
     return ""
 
 
+async def test_a_rover_drives_one_delivery_after_the_other(tmp_path: Path, http: aiohttp.ClientSession) -> None:
+    """It stays armed where its plan ends, as PX4's does: its run disarms it, so that the next one can start."""
+    with (
+        SimulatedFleet("rover", speed=10.0) as simulated,
+        ForkedService(tmp_path, simulated.connections) as service,
+    ):
+        dispatcher = Dispatcher(http, service.url)
+        await dispatcher.until_vehicles(1)
+        plan = (await dispatcher.post("/plans", _plan("rover")))["id"]
+        for _ in range(2):
+            run = await dispatcher.post("/runs", {"plan": plan, "vehicle": "v1", "start": True})
+            run = await dispatcher.until_run(run["id"], lambda now: now["ended_at"] is not None, "it must end", 90.0)
+            assert run["state"] == "completed", run["reason"]
+            vehicle = await dispatcher.get("/vehicles/v1")
+            assert vehicle["state"]["armed"] is False
+
+
 def _stands(state: Any) -> bool:
     return state["connected"] and state["armed"] is False and state["landed"] == "on_ground"
 

@@ -88,8 +88,10 @@ class ScriptedVehicle:
         self.disarm_error: LinkError | None = None
         self.says_armed = True
         self.start_gate, self.hold_gate, self.return_gate = asyncio.Event(), asyncio.Event(), asyncio.Event()
-        self.order_gate, self.upload_gate = asyncio.Event(), asyncio.Event()
-        for gate in (self.start_gate, self.hold_gate, self.return_gate, self.order_gate, self.upload_gate):
+        self.order_gate, self.upload_gate, self.disarm_gate = asyncio.Event(), asyncio.Event(), asyncio.Event()
+        for gate in (self.start_gate, self.hold_gate, self.return_gate):
+            gate.set()
+        for gate in (self.order_gate, self.upload_gate, self.disarm_gate):
             gate.set()
 
     def put(self, *facts: LinkFact, **changes: object) -> None:
@@ -201,6 +203,7 @@ class ScriptedVehicle:
 
     async def disarm(self) -> None:
         self.sent.append("disarm")
+        await self.disarm_gate.wait()
         if self.disarm_error is not None:
             raise self.disarm_error
         self.put(armed=False)

@@ -25,9 +25,10 @@ def hold_hint(vehicle_id: str) -> str:
 
 
 def armed_by_others(vehicle: str, mode: FlightMode | None) -> VehicleTakenError:
-    """Return the error for a vehicle that was armed by others. `vehicle` is its name in the message."""
+    """Return the error for a vehicle that no start of Waydrop armed. `vehicle` is its name in the message."""
     return VehicleTakenError(
-        f"{vehicle} is armed in {name_of(mode)} mode, not by Waydrop: a pilot or another ground station controls it",
+        f"{vehicle} is armed in {name_of(mode)} mode, not by this start: a pilot or another ground station controls "
+        "it, or it stayed armed after its last flight",
         hint="whoever controls it must land and disarm it before you start again; after an abort, Waydrop can land it",
         mode=None if mode is None else mode.value,
         armed=True,

@@ -38,9 +38,9 @@ class PhaseFacts:
 
     `commanded`: see Run. `pending` is the command that is being sent. `was_armed` is False while a HEARTBEAT that
     reports armed may still be in transit (1 Hz). `asks_consent_to` is the drop that waits for an operator,
-    `rally_point` the number (from 1) of the destination of a return, `was_returning` whether the run was returning at
-    the last observation. `after_offboard`: offboard control was active since the last command. For `mode_is_settled`
-    and `by_failsafe` see ModeTracker.
+    `rally_point` the number (from 1) of the destination of a return, `was_returning` and `was_landed` whether the run
+    was in that state at the last observation. `after_offboard`: offboard control was active since the last command. For
+    `mode_is_settled` and `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -54,6 +54,7 @@ class PhaseFacts:
     asks_consent_to: str = ""
     rally_point: int | None = None
     was_returning: bool = False
+    was_landed: bool = False
     after_offboard: bool = False
     at_last_item: bool = False
     mode_is_settled: bool = True
@@ -83,6 +84,12 @@ class PhaseFacts:
         return is_sure and self.state.mode is FlightMode.HOLD
 
     @property
+    def is_left_armed(self) -> bool:
+        """Whether it is a rover at the end of its plan, and nobody else has it: PX4 does not disarm it."""
+        is_ours = self.state.mode in _DRIVEN_TO_END and not self.in_failsafe and self.commanded in _NOT_HELD
+        return self.vehicle_type is VehicleType.ROVER and self.mission_done and self.state.armed is True and is_ours
+
+    @property
     def comes_down(self) -> bool:
         """Whether the flight is to end, as planned or as commanded."""
         return self.mission_done or self.commanded in _COMES_DOWN
@@ -91,6 +98,10 @@ class PhaseFacts:
 Because = Callable[[PhaseFacts], Reason | None]
 _ANY: Final = frozenset({*FlightMode, None})
 _ON_MISSION: Final = frozenset({FlightMode.MISSION, FlightMode.TAKEOFF})
+_DRIVEN_TO_END: Final = frozenset({FlightMode.MISSION, FlightMode.HOLD})
+"""PX4 holds by itself where a mission has ended."""
+_NOT_HELD: Final = frozenset({None, RunAction.RESUME})
+"""A person who has paused it at its end keeps it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +182,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     # armed at their end: what drives stops there, an airship holds there
     PhaseRow(
         _ANY,
-        lambda f: f.vehicle_type is VehicleType.ROVER and f.mission_done and f.has_stopped,
+        lambda f: f.vehicle_type is VehicleType.ROVER and f.mission_done and (f.has_stopped or f.was_landed),
         _S.LANDED,
         _because(ReasonCode.STOPPED_AT_LAST_ITEM),
     ),

@@ -40,6 +40,9 @@ SLOWEST_HEARTBEAT_S: Final = 3.0
 LAST_REPORTS_S: Final = 2.5
 """After a landing: maximum time for the report that the mission is complete. MISSION_CURRENT is sent at 1 Hz."""
 
+DISARMED_WITHIN_S: Final = 10.0
+"""A run whose vehicle is left armed waits so long for its disarming, and then ends without."""
+
 STAYS_ON_MISSION: Final = frozenset({None, RunAction.PAUSE, RunAction.RESUME, RunAction.REFUSED})
 """What may be commanded with the mission still being flown to its end."""
 
@@ -358,7 +361,8 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
     state = flight.run.state
     if flight.was_armed and is_landing_unsure(observed.state):
         return replace(flight, landed_at_s=None)
-    phase, reason = phase_of(_phase_facts(flight, observed.state, observed.now_s))
+    facts = _phase_facts(flight, observed.state, observed.now_s)
+    phase, reason = phase_of(facts)
     if phase is not RunState.LANDED:
         flight = replace(flight, landed_at_s=None)
         return flight.in_state(observed, phase, reason) if phase is state or phase in NEXT[state] else flight
@@ -369,7 +373,8 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
         durations = observed.state.durations
         landed_at_s = observed.now_s - (0.0 if durations is None else durations.disarmed_s)
         flight = replace(flight, landed_at_s=landed_at_s).in_state(observed, RunState.LANDED, reason)
-    if _waits_for_reports(flight, observed.now_s - landed_at_s):
+    landed_s = observed.now_s - landed_at_s
+    if _waits_for_reports(flight, landed_s) or (facts.is_left_armed and landed_s < DISARMED_WITHIN_S):
         return flight
     last, why = final_state(mission_done=flight.mission_done, commanded=flight.run.commanded, reason=reason)
     return _end(flight, observed, last, why)
@@ -391,9 +396,16 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         mode_is_settled=flight.mode.is_settled(now_s),
         by_failsafe=flight.mode.by_failsafe,
         was_returning=run.state is RunState.RETURNING,
+        was_landed=run.state is RunState.LANDED,
         rally_point=None if run.rally is None else run.rally.index + 1,
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )
+
+
+def awaits_disarming(flight: Flight, observed: Observation) -> bool:
+    """Whether the run has ended but for a vehicle that is left armed, and is Waydrop's to disarm: see PhaseFacts."""
+    facts = _phase_facts(flight, observed.state, observed.now_s)
+    return flight.run.state is RunState.LANDED and observed.state.connected and facts.is_left_armed
 
 
 def _waits_for_reports(flight: Flight, landed_s: float) -> bool:

@@ -35,6 +35,7 @@ from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs.changing import MissionChanger
 from app.services.runs.commands import FlightCommandSender
+from app.services.runs.disarming import EndDisarming
 from app.services.runs.diversion import RallyChoice, RallyReturn
 from app.services.runs.gated_link import GatedLink
 from app.services.runs.gates import FactsRead, refuse_changed_vehicle
@@ -60,8 +61,8 @@ class RunFlight:
         preparation: Preparation,
         monitor: FlightMonitor,
         sender: FlightCommandSender,
-        consents: Consents,
         changer: MissionChanger,
+        disarming: EndDisarming,
         settings: RunSettings,
     ) -> None:
         self._link = link
@@ -69,8 +70,9 @@ class RunFlight:
         self._preparation = preparation
         self._monitor = monitor
         self.sender = sender
-        self.consents = consents
+        self.consents = Consents(monitor, recorder)
         self.changer = changer
+        self._disarming = disarming
         self._rally_return = RallyReturn(link, monitor)
         self._settings = settings
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
@@ -102,6 +104,7 @@ class RunFlight:
                 await self._follow()
         finally:
             unsubscribe()
+            await self._disarming.close()
             await self.sender.close()
             await self._monitor.store_inputs(all_of_them=True)
 
@@ -303,9 +306,11 @@ class RunFlight:
         """Observe, record, command; again at each fact and each tenth of a second, until the run is over."""
         while not self._monitor.run.is_over:
             self._monitor.poll()
+            self._disarming.look()
             await self._recorder.flush_or_wait()
             await self._monitor.store_inputs()
             await self._next_fact()
+        await self._disarming.close()
         await self._flush_at_last()
 
     async def _next_fact(self) -> None:
@@ -390,8 +395,8 @@ def assemble(
     changer = MissionChanger(link, facts, recorder, monitor, settings, clock)
     sender = FlightCommandSender(link, recorder, monitor, changer, parts.plans, settings, may_command)
     monitor.hand_commands_to(sender.carry_out)
-    consents = Consents(monitor, recorder)
-    flight = RunFlight(link, recorder, preparation, monitor, sender, consents, changer, settings)
+    disarming = EndDisarming(link, recorder, monitor, may_command)
+    flight = RunFlight(link, recorder, preparation, monitor, sender, changer, disarming, settings)
     return AssembledFlight(flight, recorder, monitor)
 
 

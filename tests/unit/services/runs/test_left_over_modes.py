@@ -92,7 +92,7 @@ async def test_a_vehicle_that_somebody_else_arms_meanwhile_is_neither_started_no
         await _refused_arming(service)
         service.vehicle.put(armed=True)
         await service.until_state(RunState.FAILED)
-        assert "is armed in HOLD mode, not by Waydrop" in describe(service.run.reason)
+        assert "is armed in HOLD mode, not by this start" in describe(service.run.reason)
         assert not {"start", "disarm"} & set(service.vehicle.sent)
 
 
@@ -138,7 +138,7 @@ async def test_a_mode_that_changes_while_it_is_armed_is_a_pilots_and_no_mission_
         service.vehicle.arm = arm  # type: ignore[method-assign, assignment]
         await service.create()
         await service.until_state(RunState.FAILED)
-        assert "is armed in POSITION mode, not by Waydrop" in describe(service.run.reason)
+        assert "is armed in POSITION mode, not by this start" in describe(service.run.reason)
         assert not {"start", "disarm"} & set(service.vehicle.sent)
 
 

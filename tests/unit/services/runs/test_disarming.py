@@ -1,0 +1,91 @@
+"""A rover stays armed where its plan has ended, as PX4's does: its run disarms it, unless somebody else has it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+
+import pytest
+
+from app.domain.errors import VehicleRefusedError
+from app.domain.events.run import CommandOutcome, RunAck, RunCommandName
+from app.domain.run.run import RunState
+from app.domain.vehicle.state import FlightMode, LandedState, MissionState
+from tests.support.run_service import RunService, run_service
+from tests.support.scripted_link import FAST
+
+
+@pytest.fixture
+async def driving() -> AsyncIterator[RunService]:
+    """A rover on its way."""
+    async with run_service("rover-drop.json") as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        service.vehicle.put(landed=LandedState.IN_AIR, velocity_north_m_s=2.0)
+        yield service
+
+
+def _arrive(service: RunService, velocity_north_m_s: float = 0.0) -> None:
+    """PX4 goes over to Hold, armed."""
+    last, complete = len(service.mission.items) - 1, MissionState.COMPLETE
+    service.vehicle.put(mission_seq=last)
+    service.vehicle.put(mission_state=complete, velocity_north_m_s=velocity_north_m_s, mode=FlightMode.HOLD)
+
+
+def _answers(service: RunService) -> list[RunAck]:
+    said = [event.data for event in service.events.events if isinstance(event.data, RunAck)]
+    return [ack for ack in said if ack.command is RunCommandName.DISARM]
+
+
+async def test_a_rover_is_disarmed_before_its_run_is_over_and_can_be_started_again(driving: RunService) -> None:
+    _arrive(driving)
+    await driving.until_state(RunState.COMPLETED)
+    assert driving.vehicle.truth.armed is False
+    assert [ack.outcome for ack in _answers(driving)] == [CommandOutcome.DONE]
+    driving.vehicle.put(mission_state=MissionState.NOT_STARTED, landed=LandedState.ON_GROUND)
+    await driving.create()
+    await driving.until_state(RunState.FLYING)
+
+
+@pytest.mark.parametrize(
+    ("mode", "in_failsafe"),
+    [(FlightMode.POSITION, False), (FlightMode.MANUAL, False), (FlightMode.OFFBOARD, False), (FlightMode.HOLD, True)],
+)
+async def test_a_rover_that_somebody_took_as_it_arrived_is_not_disarmed(
+    driving: RunService, mode: FlightMode, in_failsafe: bool
+) -> None:
+    _arrive(driving, velocity_north_m_s=1.0)
+    await driving.until(lambda: driving.flight.flight.mission_done, "it must have arrived")
+    driving.vehicle.put(mode=mode, in_failsafe=in_failsafe, velocity_north_m_s=0.0)
+    await driving.until_state(RunState.COMPLETED)
+    assert "disarm" not in driving.vehicle.sent
+
+
+async def test_a_rover_that_a_person_has_paused_at_its_end_stays_armed(driving: RunService) -> None:
+    await driving.flight.pause()
+    _arrive(driving)
+    await driving.until_state(RunState.COMPLETED)
+    assert "disarm" not in driving.vehicle.sent
+
+
+async def test_a_rover_that_does_not_disarm_is_asked_once_and_its_run_ends(
+    monkeypatch: pytest.MonkeyPatch, driving: RunService
+) -> None:
+    monkeypatch.setattr("app.domain.flight.step.DISARMED_WITHIN_S", FAST.poll_every_s * 5)
+    driving.vehicle.disarm_error = VehicleRefusedError("the vehicle refused to disarm: DENIED")
+    _arrive(driving)
+    await driving.until_state(RunState.COMPLETED)
+    assert driving.vehicle.sent.count("disarm") == 1
+    assert [ack.outcome for ack in _answers(driving)] == [CommandOutcome.FAILED]
+
+
+async def test_a_disarming_is_broken_off_when_somebody_takes_the_rover_meanwhile(driving: RunService) -> None:
+    driving.vehicle.disarm_gate.clear()
+    _arrive(driving)
+    await driving.until(lambda: "disarm" in driving.vehicle.sent, "it must be disarmed")
+    driving.vehicle.put(mode=FlightMode.MANUAL, velocity_north_m_s=3.0)
+    await driving.until_state(RunState.COMPLETED)
+    driving.vehicle.disarm_gate.set()
+    await asyncio.sleep(FAST.poll_every_s * 3)
+    assert driving.vehicle.truth.armed is True
+    assert [ack.outcome for ack in _answers(driving)] == [CommandOutcome.UNKNOWN]
