@@ -80,6 +80,7 @@ _NAV_STATES: Final[Mapping[int, FlightMode]] = {
     3: FlightMode.MISSION,
     4: FlightMode.HOLD,
     5: FlightMode.RETURN,
+    12: FlightMode.DESCEND,
     14: FlightMode.OFFBOARD,
     15: FlightMode.STABILIZED,
     17: FlightMode.TAKEOFF,

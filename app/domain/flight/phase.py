@@ -158,6 +158,12 @@ def _why_stopped(facts: PhaseFacts) -> Reason:
     return Reason.of(code, mode=facts.state.mode.value if facts.state.mode is not None else "an unknown")
 
 
+def _because_of_failsafe_mode(facts: PhaseFacts) -> Reason:
+    """PX4 alone descends: nobody can command it."""
+    assert facts.state.mode is not None
+    return Reason.of(ReasonCode.FAILSAFE_MODE, mode=facts.state.mode.value)
+
+
 def _why_returning(facts: PhaseFacts) -> Reason | None:
     if facts.commanded is RunAction.RETURN and facts.rally_point is not None:
         return Reason.of(ReasonCode.RETURNING_TO_RALLY_POINT, rally_point=facts.rally_point)
@@ -200,6 +206,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     PhaseRow(_ON_MISSION, _always, _S.FLYING, _no_reason),
     PhaseRow(_in(FlightMode.RETURN), _always, _S.RETURNING, _why_returning),
     PhaseRow(_in(FlightMode.LAND), _always, _S.RETURNING, _why_landing),
+    PhaseRow(_in(FlightMode.DESCEND), _always, _S.RETURNING, _because_of_failsafe_mode),
     # Hold: before another mode, or as commanded
     PhaseRow(_HOLD, lambda f: f.pending in _THROUGH_HOLD, _S.PAUSED, _why_through_hold),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.RESUME, _S.PAUSED, _because(ReasonCode.RESUMING_AS_ASKED)),

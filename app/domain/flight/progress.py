@@ -26,7 +26,7 @@ from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
 # mode.
 
 
-_OTHER_ENDS: Final = frozenset({FlightMode.LAND, FlightMode.TAKEOFF})
+_OTHER_ENDS: Final = frozenset({FlightMode.LAND, FlightMode.DESCEND, FlightMode.TAKEOFF})
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,6 +105,7 @@ class FlightMode(StrEnum):
     MANUAL = "manual"
     STABILIZED = "stabilized"
     ORBIT = "orbit"
+    DESCEND = "descend"
     OTHER = "other"
 
 

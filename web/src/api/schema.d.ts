@@ -3022,7 +3022,7 @@ export interface components {
          * @description The flight modes that Waydrop distinguishes, from PX4's custom_mode.
          * @enum {string}
          */
-        FlightMode: "mission" | "hold" | "return" | "land" | "takeoff" | "offboard" | "position" | "altitude" | "manual" | "stabilized" | "orbit" | "other";
+        FlightMode: "mission" | "hold" | "return" | "land" | "takeoff" | "offboard" | "position" | "altitude" | "manual" | "stabilized" | "orbit" | "descend" | "other";
         /**
          * ForeignPlan
          * @description A QGroundControl .plan or a Waydrop plan. Send a waypoint file as application/octet-stream.

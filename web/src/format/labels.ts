@@ -62,6 +62,7 @@ const FLIGHT_MODES: Readonly<Record<FlightMode, string>> = {
   altitude: "Altitude",
   manual: "Manual",
   stabilized: "Stabilized",
+  descend: "Descend (failsafe)",
   orbit: "Orbit",
   other: "Other mode",
 };

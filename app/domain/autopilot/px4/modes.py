@@ -21,6 +21,7 @@ _AUTO: Final = {
     6: FlightMode.LAND,
     9: FlightMode.LAND,
     10: FlightMode.TAKEOFF,
+    20: FlightMode.DESCEND,
 }
 _MAIN_AUTO: Final = 4
 _MAIN_POSITION: Final = 3
@@ -62,6 +63,7 @@ _NOT_ARMED: Final = {
     FlightMode.RETURN: "never",
     FlightMode.LAND: "never",
     FlightMode.ORBIT: "never",
+    FlightMode.DESCEND: "never",
     FlightMode.OTHER: "perhaps never",
 }
 

@@ -50,7 +50,7 @@ def test_complete_counts_in_mission_return_and_hold_mode(looks: Sequence[tuple[F
     assert not is_done(*looks, seq=LAST - 1), "the index must fit too"
 
 
-@pytest.mark.parametrize("mode", [LAND, TAKEOFF])
+@pytest.mark.parametrize("mode", [LAND, FlightMode.DESCEND, TAKEOFF])
 def test_the_end_of_another_mode_is_not_the_missions(mode: FlightMode) -> None:
     """On the last leg the index fits. Disarmed, the vehicle goes to Hold and still says complete (recording 22)."""
     assert not is_done((MISSION, ACTIVE), (mode, ACTIVE), (mode, COMPLETE), (HOLD, COMPLETE), (MISSION, COMPLETE))

@@ -55,6 +55,7 @@ def seen(view: PhaseFacts = FLYING, **state: object) -> PhaseFacts:
         (seen(mode=FlightMode.HOLD), RunState.PAUSED, ReasonCode.TAKEN_BY_OTHERS),
         (seen(mode=FlightMode.MANUAL), RunState.PAUSED, ReasonCode.TAKEN_BY_OTHERS),
         (seen(mode=FlightMode.LAND), RunState.RETURNING, ReasonCode.VEHICLE_LANDS),
+        (seen(mode=FlightMode.DESCEND, in_failsafe=True), RunState.RETURNING, ReasonCode.FAILSAFE_MODE),
         (seen(armed=False), RunState.LANDED, None),
     ],
 )
