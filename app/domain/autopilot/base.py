@@ -6,8 +6,8 @@ depends on a setting names the setting and how to change it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum, auto
 from typing import Literal, NamedTuple, Protocol
 
@@ -272,10 +272,23 @@ class Audit:
     names: tuple[str, ...]
     entry: Callable[[str, float | int | None, bool], AuditedParameter]
     """Audit a parameter by name, value (None: no answer) and whether a pilot holds the sticks."""
+    merged: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """A parameter of newer firmware, and those of `names` that it replaces."""
+
+    def to_read_too(self, parameters: Mapping[str, float | int]) -> tuple[str, ...]:
+        """Parameters of newer firmware to read, if none of those that they replace has answered: asked for a parameter
+        that does not exist, older firmware says nothing, and is waited for.
+        """
+        return tuple(new for new, old in self.merged.items() if parameters.keys().isdisjoint(old))
 
     def entries(self, parameters: Mapping[str, float | int], *, sticks_held: bool) -> tuple[AuditedParameter, ...]:
         """Audit all of them. With a pilot at the sticks, a mode that requires sticks is acceptable too."""
-        return tuple(self.entry(name, parameters.get(name), sticks_held) for name in self.names)
+        return tuple(self.entry(name, parameters.get(name), sticks_held) for name in self._shown(parameters))
+
+    def _shown(self, parameters: Mapping[str, float | int]) -> Sequence[str]:
+        """Each replaced parameter under its newer name, once, if that one has answered."""
+        newer = {name: new for new, old in self.merged.items() if new in parameters for name in old}
+        return tuple(dict.fromkeys(newer.get(name, name) for name in self.names))
 
 
 @dataclass(frozen=True, slots=True)

@@ -196,7 +196,10 @@ async def _audited(
 ) -> tuple[AuditedParameter, ...]:
     known = autopilot(link.identity.autopilot)
     audit = known.audit_commanded if control_method is ControlMethod.COMMANDS else known.audit
-    return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)
+    parameters = await link.read_parameters(audit.names)
+    if others := audit.to_read_too(parameters):
+        parameters = {**parameters, **await link.read_parameters(others)}
+    return audit.entries(parameters, sticks_held=sticks_held)
 
 
 def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> tuple[str, str]:

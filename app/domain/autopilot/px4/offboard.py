@@ -125,6 +125,8 @@ AUDITED: Final = (
 )
 AUDITED_COMMANDED: Final = ("NAV_LOITER_RAD", "COM_RC_IN_MODE", "COM_RC_OVERRIDE", "NAV_DLL_ACT")
 """For a fixed wing under control by commands: no stream can be lost."""
+MERGED: Final = {"MAN_OVERRIDE_SPD": ("COM_RC_OVERRIDE", "COM_RC_STICK_OV")}
+"""Since June 2026. Its switch by mode is gone: it counts in offboard and in all automatic modes."""
 LONGEST_LOSS_S: Final = 2.0
 
 
@@ -142,6 +144,12 @@ def commanded_entry(name: str, value: float | int | None, _sticks_held: bool) ->
     return entry(name, value, False)
 
 
+def _override_meaning(value: float | int) -> str:
+    if value < 0:
+        return "sticks take over by a mode switch only"
+    return "stick travel per second that takes over from a multicopter or a hovering VTOL"
+
+
 def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditedParameter:
     """For a vehicle that follows a setpoint stream."""
     if name == "COM_OBL_RC_ACT":
@@ -155,6 +163,7 @@ def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditedPar
         "COM_RC_OVERRIDE": "bit 1: sticks take over in offboard mode"
         if int(value or 0) & 2
         else "sticks take over by a mode switch only",
+        "MAN_OVERRIDE_SPD": _override_meaning(value or 0),
         "COM_RC_STICK_OV": "stick movement in percent that takes over",
         "COM_RCL_EXCEPT": "bit 2: loss of RC is ignored in offboard mode"
         if int(value or 0) & 4

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.domain.autopilot import autopilot
+from app.domain.autopilot.base import Audit
 from app.domain.autopilot.capability import FlightKind
 from app.domain.offboard.step import DeadMan, Silence
 
@@ -69,6 +70,25 @@ def test_every_audited_parameter_is_shown_with_its_meaning() -> None:
     assert tuple(entry.parameter for entry in found) == AUDIT.names
     assert all(entry.meaning for entry in found)
     assert {entry.value for entry in found if entry.parameter == "COM_RC_OVERRIDE"} == {None}
+
+
+@pytest.mark.parametrize(
+    ("value", "meaning"), [(-1.0, "by a mode switch only"), (0.0, "takes over"), (1.0, "takes over")]
+)
+@pytest.mark.parametrize("audit", [AUDIT, autopilot().audit_commanded])
+def test_a_parameter_that_others_were_merged_into_is_shown_instead_of_them(
+    audit: Audit, value: float, meaning: str
+) -> None:
+    found = audit.entries({**SAFE, "MAN_OVERRIDE_SPD": value}, sticks_held=False)
+    (entry,) = (entry for entry in found if entry.parameter == "MAN_OVERRIDE_SPD")
+    assert (entry.value, entry.blocks) == (value, False)
+    assert meaning in entry.meaning
+    assert not {entry.parameter for entry in found} & {"COM_RC_OVERRIDE", "COM_RC_STICK_OV"}
+
+
+def test_a_newer_parameter_is_read_only_if_none_that_it_replaces_has_answered() -> None:
+    assert AUDIT.to_read_too(SAFE) == ("MAN_OVERRIDE_SPD",)
+    assert AUDIT.to_read_too({**SAFE, "COM_RC_STICK_OV": 30.0}) == ()
 
 
 def test_a_late_or_absent_reaction_to_failures_is_doubtful_and_blocks_nothing() -> None:

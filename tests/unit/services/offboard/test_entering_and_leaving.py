@@ -108,6 +108,17 @@ async def test_a_loss_action_that_needs_sticks_is_refused_with_all_parameters_sh
         assert "hold" not in quad.vehicle.sent
 
 
+async def test_of_newer_firmware_the_parameter_is_read_that_others_were_merged_into() -> None:
+    async with controlled_vehicle() as quad:
+        quad.vehicle.parameters = {"COM_OBL_RC_ACT": 0, "MAN_OVERRIDE_SPD": -1.0}
+        quad.take()
+        with pytest.raises(AuditFailedError) as failed:
+            await quad.enter()
+        shown = {entry["parameter"]: entry["value"] for entry in failed.value.extra["audit"]}
+        assert shown["MAN_OVERRIDE_SPD"] == -1.0
+        assert "COM_RC_OVERRIDE" not in shown
+
+
 async def test_with_a_pilot_at_the_sticks_position_mode_is_a_right_answer_to_a_loss() -> None:
     async with controlled_vehicle() as quad:
         quad.vehicle.parameters = {"COM_OBL_RC_ACT": 0}
