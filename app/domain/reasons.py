@@ -190,6 +190,10 @@ class ReasonCode(StrEnum):
     ITEM_UNSEEN_PLACE = "drop.item_unseen_place", "{cause}; the vehicle was not observed when the item passed"
     ITEM_STRAYED = "drop.item_strayed", "the gripper output moved to release away from the item; {cause}"
     ITEM_OPEN_BEFORE = "drop.item_open_before", "the gripper was open before the item"
+    ITEM_OPENING_UNSEEN = (
+        "drop.item_opening_unseen",
+        "the gripper is open, and its output was not observed before the item passed",
+    )
     ITEM_LATER_RELEASE = "drop.item_later_release", "the item passed unobserved, and so did a later release"
     ITEM_LATER_GRAB = "drop.item_later_grab", "the item passed unobserved, and so did a later grab"
     ITEM_AT_GRAB = "drop.item_at_grab", "the item passed, but the gripper output stayed at grab"

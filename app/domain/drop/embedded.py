@@ -55,12 +55,14 @@ class EmbeddedDrop:
     """The state of an embedded drop.
 
     `was_closed`: the output was last observed at grab, after all earlier releases. Only then is an opening due to this
-    drop. `others_until_s` is when the last earlier release was due. `strayed_at_s`: when the output opened while the
-    mission was not at this drop. `was_at_item`: the mission was at this drop once; after a
-    reboot it says that it is at its beginning. `may_have_passed`: the vehicle may have flown the item unobserved.
+    drop. `was_open`: it was observed at release before the mission was at this drop. `others_until_s` is when the last
+    earlier release was due. `strayed_at_s`: when the output opened while the mission was not at this drop.
+    `was_at_item`: the mission was at this drop once; after a reboot it says that it is at its beginning.
+    `may_have_passed`: the vehicle may have flown the item unobserved.
     """
 
     was_closed: bool = False
+    was_open: bool = False
     others_until_s: float = -math.inf
     strayed_at_s: float | None = None
     passed_at_s: float | None = None
@@ -76,7 +78,7 @@ class EmbeddedDrop:
         if not seen.earlier_passed:
             drop = replace(drop, was_closed=False, others_until_s=seen.now_s)
         elif seen.output == GRIPPER_CLOSED_US and seen.now_s - (seen.output_age_s or 0.0) >= drop._alone_from_s:
-            drop = replace(drop, was_closed=True, strayed_at_s=None)
+            drop = replace(drop, was_closed=True, was_open=False, strayed_at_s=None)
         if seen.passed and drop.passed_at_s is None:
             drop = replace(drop, passed_at_s=seen.now_s)
         if seen.output == GRIPPER_OPEN_US:
@@ -108,10 +110,12 @@ class EmbeddedDrop:
         if self.was_closed and (seen.at_item or has_passed) and not seen.reopened:
             return self._over(DropOutcome.RELEASED, Certainty.INFERRED, Reason.of(ReasonCode.DROP_OUTPUT_RELEASED))
         if has_passed:
-            code = ReasonCode.ITEM_LATER_RELEASE if seen.reopened else ReasonCode.ITEM_OPEN_BEFORE
+            was_open = self.was_open or self.strayed_at_s is not None
+            code = ReasonCode.ITEM_OPEN_BEFORE if was_open else ReasonCode.ITEM_OPENING_UNSEEN
+            code = ReasonCode.ITEM_LATER_RELEASE if seen.reopened else code
             return self._over(DropOutcome.UNKNOWN, Certainty.NONE, Reason.of(code))
-        if not self.was_closed:
-            return self  # open since before the flight, or by an earlier release: undecided until the item is passed
+        if not self.was_closed:  # since before the flight, by an earlier release, or unobserved by this item
+            return replace(self, was_open=self.was_open or not seen.at_item)  # undecided until the item is passed
         strayed_at_s = seen.now_s if self.strayed_at_s is None else self.strayed_at_s
         return replace(self, strayed_at_s=strayed_at_s, was_closed=seen.now_s - strayed_at_s < LATE_CURRENT_S)
 

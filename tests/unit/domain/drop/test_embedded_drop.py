@@ -49,6 +49,22 @@ def test_a_gripper_left_open_by_the_last_flight_is_unknown() -> None:
     )
 
 
+def reason_after(*sights: EmbeddedObservation) -> ReasonCode | None:
+    drop = EmbeddedDrop()
+    for seen in sights:
+        drop = drop.saw(seen)
+    return None if drop.finish is None or drop.finish.reason is None else drop.finish.reason.code
+
+
+def test_a_gripper_that_nobody_observed_before_the_item_is_not_called_open_before() -> None:
+    """As after a restart of Waydrop behind the item, or at it: the gripper had been closed before takeoff."""
+    passed = sight(1, passed=True, output_us=1000)
+    assert after(passed) == (DropOutcome.UNKNOWN, Certainty.NONE)
+    assert reason_after(passed) is ReasonCode.ITEM_OPENING_UNSEEN
+    assert reason_after(sight(0, output_us=1000, at_item=True), passed) is ReasonCode.ITEM_OPENING_UNSEEN
+    assert reason_after(sight(0, output_us=1000), passed) is ReasonCode.ITEM_OPEN_BEFORE
+
+
 def test_a_link_lost_over_the_drop_is_settled_when_it_is_back() -> None:
     lost = sight(5, connected=False)
     assert after(sight(0), lost) is None
