@@ -126,8 +126,9 @@ def _target(target: events.RunTargetMoved | events.RunTargetNotFollowed) -> Text
 
 def _of_vehicle(event: Event, payload: VehiclePayload) -> Text | None:
     match payload:
-        case vehicle.VehicleStatusText(severity=severity, text=text, repeated=repeated):
-            more = f" ({repeated} times more)" if repeated else ""
+        case vehicle.VehicleStatusText(severity=severity, text=text, repeated=repeated, last_age_s=age_s):
+            last = "" if age_s is None else f", the last {age_s:.0f} s ago"
+            more = f" ({repeated} times more{last})" if repeated else ""
             return Text(f"vehicle reports ({severity.value}): {text}{more}", style="dim")
         case vehicle.VehicleLinkLost() | vehicle.VehicleLinkRestored() | vehicle.VehicleRebooted():
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")

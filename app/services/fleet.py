@@ -317,7 +317,9 @@ class Fleet:
             case link_facts.StateChanged():
                 self._record_state(vehicle)
             case link_facts.StatusText():
-                text = events.VehicleStatusText(severity=fact.severity, text=fact.text, repeated=fact.repeated)
+                text = events.VehicleStatusText(
+                    severity=fact.severity, text=fact.text, repeated=fact.repeated, last_age_s=fact.last_age_s
+                )
                 self.record(vehicle, text, is_text=True)
             case link_facts.LinkSecured():
                 self.record(vehicle, events.VehicleLinkSecurity(security=fact.security))

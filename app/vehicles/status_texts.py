@@ -33,6 +33,7 @@ _DELIVERIES: Final = (FlightMode.HOLD, FlightMode.MISSION)
 @dataclass(slots=True)
 class _Repeats:
     since_s: float
+    last_s: float
     count: int = 0
 
 
@@ -70,7 +71,7 @@ class StatusTexts:
     def tick(self, now_s: float) -> None:
         """Emit texts whose end does not come, and the counts of repeated ones."""
         for text in [text for text, repeats in self._repeats.items() if now_s - repeats.since_s > _MERGED_S]:
-            self._emit_repeats(text)
+            self._emit_repeats(text, now_s)
         for key in [key for key, text in self._open.items() if now_s - text.since_s > _LOST_AFTER_S]:
             self._finish(key, now_s)
 
@@ -98,12 +99,13 @@ class StatusTexts:
         repeats = self._repeats.get(text)
         if repeats is not None and received_s - repeats.since_s <= _MERGED_S:
             repeats.count += 1
+            repeats.last_s = received_s
             return
         if repeats is not None:
-            self._emit_repeats(text)
+            self._emit_repeats(text, received_s)
         elif len(self._repeats) >= _MERGED:
-            self._emit_repeats(next(iter(self._repeats)))
-        self._repeats[text] = _Repeats(received_s)
+            self._emit_repeats(next(iter(self._repeats)), received_s)
+        self._repeats[text] = _Repeats(received_s, received_s)
         self._emit(text)
 
     def reasons_since(self, since_s: float, *, but: Topic | None = None) -> tuple[str, ...]:
@@ -124,10 +126,10 @@ class StatusTexts:
             pass
         return self.reasons_since(since_s, but=but)
 
-    def _emit_repeats(self, text: StatusText) -> None:
+    def _emit_repeats(self, text: StatusText, now_s: float) -> None:
         repeats = self._repeats.pop(text)
         if repeats.count:
-            self._emit(replace(text, repeated=repeats.count))
+            self._emit(replace(text, repeated=repeats.count, last_age_s=max(0.0, now_s - repeats.last_s)))
 
     def _finish(self, key: int, received_s: float) -> None:
         text = self._open.pop(key)

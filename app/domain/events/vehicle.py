@@ -60,6 +60,8 @@ class VehicleStatusText(Payload, kind=EventKind.VEHICLE_STATUS_TEXT):
     text: str
     repeated: int = 0
     """Number of repetitions since the text was last recorded; 0: first occurrence."""
+    last_age_s: float | None = None
+    """Of repetitions: how long before this event the last one came, in seconds. The text is not news then."""
 
 
 class VehicleQuarantined(Payload, kind=EventKind.VEHICLE_QUARANTINED):

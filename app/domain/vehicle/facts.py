@@ -78,11 +78,13 @@ class StatusText:
     """STATUSTEXT, chunks joined.
 
     The same text again within ten seconds is counted, and emitted once more with the count in `repeated`.
+    `last_age_s` of such a count: how long ago the last one came.
     """
 
     severity: MavSeverity
     text: str
     repeated: int = 0
+    last_age_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -95,7 +95,8 @@ async def test_facts_become_events_in_order() -> None:
         EventKind.VEHICLE_LINK_RESTORED,
         EventKind.VEHICLE_STATUS_TEXT,
     ]
-    assert data_of(events.events[-1]) == {"severity": "critical", "text": "Low battery", "repeated": 0}
+    text = {"severity": "critical", "text": "Low battery", "repeated": 0, "last_age_s": None}
+    assert data_of(events.events[-1]) == text
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import random
 import time
 
+import pytest
+
 from app.domain.vehicle.facts import StatusText
 from app.domain.vehicle.state import FlightMode
 from app.vehicles.decoders import EventReport, StatusTextChunk
@@ -23,9 +25,23 @@ def test_a_text_that_is_repeated_is_told_twice_with_its_count() -> None:
         texts.tick(number * 0.04)
     assert told == [StatusText("info", "GPS glitch")]
     texts.tick(10.1)
-    assert told[1:] == [StatusText("info", "GPS glitch", repeated=199)]
+    assert told[1:] == [StatusText("info", "GPS glitch", repeated=199, last_age_s=pytest.approx(10.1 - 199 * 0.04))]
     texts.tick(30.0)
     assert len(told) == 2
+
+
+def test_a_count_says_how_long_ago_the_last_repetition_was() -> None:
+    """Told ten seconds after the first one, it is no news: the vehicle may fly by then."""
+    told: list[StatusText] = []
+    texts = StatusTexts(told.append)
+    for at_s in (0.0, 2.0, 4.0):
+        texts.take(chunk("Arming denied", 2), at_s)
+    texts.tick(10.1)
+    assert [(text.repeated, text.last_age_s) for text in told] == [(0, None), (2, pytest.approx(6.1))]
+    texts.take(chunk("Arming denied", 2), 20.0)
+    texts.take(chunk("Arming denied", 2), 21.0)
+    texts.take(chunk("Arming denied", 2), 33.0)
+    assert [(text.repeated, text.last_age_s) for text in told[2:]] == [(0, None), (1, 12.0), (0, None)]
 
 
 def test_what_could_steer_a_terminal_is_removed_where_a_text_enters() -> None:

@@ -8320,6 +8320,11 @@ export interface components {
              * @default 0
              */
             repeated: number;
+            /**
+             * Last Age S
+             * @default null
+             */
+            last_age_s: number | null;
         };
         /**
          * VehicleStatusTextEvent

@@ -64,7 +64,7 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
   "vehicle.parameters": ({ data }, v) => warn(`${v}: parameters changed: ${formatParameters(data.parameters)}.`),
   "vehicle.rebooted": (_, v) => danger(`${v} rebooted.`),
   "vehicle.status_text": ({ data }, v) => ({
-    text: `${v}: “${data.text}”${data.repeated ? ` (repeated ${data.repeated} times)` : ""}`,
+    text: `${v}: “${data.text}”${formatRepetitions(data)}`,
     tone: severityTone(data.severity),
   }),
   "vehicle.quarantined": ({ data }, v) => danger(`${v} was quarantined: ${formatReason(data.reason)}.`),
@@ -136,6 +136,15 @@ export function formatEvent(event: StreamEvent, planNames: PlanNames = () => nul
 
 function typeAndFirmware({ vehicle_type, firmware }: EventOf<"vehicle.seen">["data"]): string {
   return `${vehicle_type === null ? "unknown type" : vehicleTypeNoun(vehicle_type)}${after(", firmware ", firmware)}`;
+}
+
+function formatRepetitions({ repeated, last_age_s: age }: EventOf<"vehicle.status_text">["data"]): string {
+  if (!repeated) {
+    return "";
+  }
+  return age == null
+    ? ` (repeated ${repeated} times)`
+    : ` (repeated ${repeated} times, last ${formatDuration(age)} ago)`;
 }
 
 function formatParameters(parameters: Readonly<Record<string, number>>): string {
