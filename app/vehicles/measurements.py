@@ -38,6 +38,8 @@ _LANDED: Final = tuple(LandedState)
 _MISSION: Final = tuple(MissionState)
 _VTOL: Final = (None, *VtolState)
 _ARMED: Final = 128
+_NOT_GONE_BACK_TO: Final = frozenset({FlightMode.RETURN, FlightMode.LAND, FlightMode.TAKEOFF, FlightMode.OTHER})
+"""Modes in which PX4 cannot be armed, or may not: it does not keep them when it disarms."""
 _CRITICAL: Final = 5
 _NO_MISSION_TOTAL: Final = 65535
 _HEADING_UNKNOWN: Final = 65535
@@ -58,6 +60,8 @@ class Measurements:
     heartbeat_s: float | None = None
     mode: FlightMode | None = None
     intended_mode: FlightMode | None = None
+    before_descent: FlightMode | None = None
+    """The mode that was asked for last, apart from those that bring it down: PX4 goes back to it when it disarms."""
     in_failsafe: bool = False
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
@@ -85,7 +89,7 @@ class Measurements:
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
         self.in_failsafe = message.system_status == _CRITICAL
         if not self.in_failsafe:
-            self.intended_mode = self.mode
+            self._intend(self.mode)
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
@@ -102,13 +106,18 @@ class Measurements:
         before = self.mode
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
         if message.intended_custom_mode:  # 0 is "not known"
-            self.intended_mode = flight_mode(message.intended_custom_mode, self.heartbeat)
+            self._intend(flight_mode(message.intended_custom_mode, self.heartbeat))
             if self.mode is not before:
                 chosen = message.custom_mode != message.intended_custom_mode
                 self.in_failsafe = (
                     chosen and self.mode is not FlightMode.OTHER
                 )  # which a mode executor shows as its own
         return None if before is self.mode else StateChanged()
+
+    def _intend(self, mode: FlightMode) -> None:
+        self.intended_mode = mode
+        if mode not in _NOT_GONE_BACK_TO:
+            self.before_descent = mode
 
     @property
     def autopilot(self) -> AutopilotKind:
@@ -117,8 +126,10 @@ class Measurements:
 
     @property
     def goes_back_to_offboard(self) -> bool:
-        """Whether OFFBOARD is, or may be, what the user asked for last: a failsafe may fly another mode."""
-        if FlightMode.OFFBOARD in (self.mode, self.intended_mode):
+        """Whether OFFBOARD is, or may be, what was asked for before the way down: a failsafe may fly another mode, and
+        somebody else may have commanded Return.
+        """
+        if FlightMode.OFFBOARD in (self.mode, self.intended_mode, self.before_descent):
             return True
         return self.in_failsafe and self.intended_mode is None
 

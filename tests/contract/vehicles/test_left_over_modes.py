@@ -65,6 +65,14 @@ async def test_out_of_offboard_it_comes_down_to_hold(quad: SimulatedFleet, way_d
         await _down_in_hold(link)
 
 
+async def test_so_it_does_when_a_pilot_has_sent_it_home_before(quad: SimulatedFleet) -> None:
+    async with opened_link(quad.connections) as link, _in_offboard(link):
+        quad.control("mode", "RTL")
+        await until(lambda: link.state().mode is FlightMode.RETURN, "it must return", 20.0)
+        await link.land()
+        await _down_in_hold(link)
+
+
 async def test_so_it_does_when_its_failsafe_flies_and_whoever_streamed_was_killed(quad: SimulatedFleet) -> None:
     async with opened_link(quad.connections) as before, _in_offboard(before) as stream:
         stream.cancel()

@@ -92,3 +92,17 @@ def test_a_mode_that_a_mode_executor_shows_as_its_own_is_no_failsafe() -> None:
     measurements.take_heartbeat(heartbeat(HOLD), 99.0)
     measurements.take_mode(CurrentMode(4 << 16 | 11 << 24, HOLD))
     assert not measurements.state(100.0, connected=True).in_failsafe
+
+
+@pytest.mark.parametrize(
+    ("before", "goes_back"), [((OFFBOARD, RETURN), True), ((OFFBOARD, POSITION, RETURN), False), ((RETURN,), False)]
+)
+def test_a_return_that_somebody_else_commanded_out_of_offboard_goes_back_there(
+    before: tuple[int, ...], goes_back: bool
+) -> None:
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(HOLD), 99.0)
+    for mode in before:
+        measurements.take_mode(CurrentMode(mode, mode))
+        measurements.take_heartbeat(heartbeat(mode), 100.0)
+    assert measurements.goes_back_to_offboard is goes_back
