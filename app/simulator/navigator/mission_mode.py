@@ -131,6 +131,8 @@ class MissionMode:
         self._from_here = True
         """The next leg begins where the vehicle is, not at the last waypoint."""
         self._activated = False
+        self._has_ended = False
+        """After its last item PX4 has no current item; Return or Land mode does not change that."""
         self._pending_seq: int | None = None
         self._resolved: tuple[Item, Home, int, Target] | None = None
 
@@ -140,7 +142,7 @@ class MissionMode:
         """A new mission is stored and was checked; in mission mode it is flown at once."""
         self.result.seq_current = self._store.current_seq
         self.result.seq_reached = -1
-        self.result.finished = False
+        self.result.finished = self._has_ended = False
         self.result.started = self.active
         self.result.pauses = 0
         self.jumps.reset()
@@ -175,6 +177,11 @@ class MissionMode:
             self._go_to(0)
             self.jumps.reset()
         self._activated = True
+        if self._has_ended and not context.state.status.landed:
+            context.text(Severity.CRITICAL, "No valid mission available, loitering")
+            context.event("mission_not_valid_loiter")
+            self.result.finished = True
+            return
         self.result.finished = False
         self.result.started = True
         if self.result.valid:
@@ -226,6 +233,7 @@ class MissionMode:
         return known[3]
 
     def _go_to(self, seq: int) -> None:
+        self._has_ended = False
         self._store.current_seq = seq
         self.result.seq_current = seq
 
@@ -245,7 +253,7 @@ class MissionMode:
         landed = context.state.status.landed
         context.text(Severity.INFO, f"Mission finished, {'landed' if landed else 'loitering'}")
         context.event("mission_finished" if landed else "mission_finished_loiter")
-        self.result.finished = True
+        self.result.finished = self._has_ended = True
         context.end_there()
         if landed:
             context.setpoint.kind = SetpointKind.IDLE

@@ -120,3 +120,22 @@ def test_a_takeoff_item_uploaded_in_the_air_is_a_waypoint() -> None:
     gcs.fly(0.5)
     assert gcs.vehicle.context.setpoint.kind is SetpointKind.POSITION
     gcs.until(lambda: gcs.distance_to(0, 0) < 11, 60.0)
+
+
+@pytest.mark.parametrize("last", [RETURN, waypoint(20, 0, 15)], ids=["return", "waypoint"])
+def test_a_finished_mission_is_not_flown_again_in_the_air(last: Plan) -> None:
+    """Seen of PX4 main: Mission mode is acknowledged, and it stays in Hold."""
+    gcs = GroundStation()
+    gcs.start([takeoff(15), waypoint(60, 0, 15), last])
+    gcs.until(lambda: "Mission finished, loitering" in gcs.texts())
+    gcs.fly(3.0)
+    gcs.set_mode(Mode.LOITER)
+    gcs.fly(3.0)
+    assert gcs.set_mode(Mode.MISSION) == [Result.ACCEPTED]
+    gcs.fly(1.5)
+    assert gcs.texts()[-1] == "No valid mission available, loitering"
+    assert gcs.vehicle.state.status.mode is Mode.LOITER
+    set_current(gcs, 1)
+    gcs.set_mode(Mode.MISSION)
+    gcs.fly(1.5)
+    assert gcs.vehicle.state.status.mode is Mode.MISSION, "another item is current"
