@@ -182,6 +182,19 @@ class Mission:
         """Whether this is the return to launch. PX4 says that it is reached when it begins, not at home."""
         return seq < len(self.items) and self.items[seq].command is MavCmd.NAV_RETURN_TO_LAUNCH
 
+    @property
+    def ends_with_return(self) -> bool:
+        """Whether its last item is the return to launch."""
+        return bool(self.items) and self.is_return(len(self.items) - 1)
+
+    @property
+    def ends_on_ground(self) -> bool:
+        """Whether its last item brings the vehicle down."""
+        return self.ends_with_return or (bool(self.items) and self.items[-1].command in _LANDINGS)
+
+
+_LANDINGS: Final = frozenset({MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
+
 
 def mission_hash(mission: Mission) -> str:
     """SHA-256 (hex) of mission, fence and rally points, each item packed as the fields of MISSION_ITEM_INT,

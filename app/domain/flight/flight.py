@@ -13,7 +13,7 @@ from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, co
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
 from app.domain.flight.modes import ModeTracker
-from app.domain.flight.phase import is_offboard_reason
+from app.domain.flight.phase import is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
@@ -125,6 +125,8 @@ def _vehicle_s(seen: VehicleSnapshot) -> float | None:
 
 
 LOST_AFTER_S: Final = 900.0
+_NOT_LANDED_BY: Final = frozenset({None, FlightMode.MISSION, FlightMode.TAKEOFF, FlightMode.HOLD})
+"""Modes in which standing on the ground is part of the mission, or says nothing of how it came there."""
 DEFAULT_MAX_OFFSET_M: Final = 3.0
 
 
@@ -176,7 +178,8 @@ class Flight:
     `segment` is the mission that is flown, `progress` the progress in it. `change` is a changed mission that is being
     transferred or may be on board, and `skip_to` its item that the vehicle had reached when the change arrived.
     `target` follows the moving target of the next drop. `last_state` is the vehicle's state at the last observation.
-    `effects` are those of the current step.
+    `landed_in` is the mode in which it came to stand on the ground; None in the air. `effects` are those of the current
+    step.
     """
 
     run: Run
@@ -199,6 +202,7 @@ class Flight:
     was_armed: bool = False
     last_state: VehicleState | None = None
     landed_at_s: float | None = None
+    landed_in: FlightMode | None = None
     effects: tuple[FlightEffect, ...] = ()
 
     @classmethod
@@ -221,6 +225,23 @@ class Flight:
     def is_changing(self) -> bool:
         """Whether it is unknown which of two missions the vehicle flies."""
         return self.change is not None and self.change.is_open
+
+    @property
+    def is_in_final_return(self) -> bool:
+        """Whether only the return at the mission's end is left. PX4 does not resume it: its mission is finished."""
+        is_current = self.progress.current == self.progress.last_seq
+        return self.segment.mission.ends_with_return and (self.mission_done or is_current)
+
+    @property
+    def is_down(self) -> bool:
+        """Whether it stands on the ground where another mode than the mission's brought it down."""
+        return self.landed_in not in _NOT_LANDED_BY
+
+    def having_landed(self, state: VehicleState) -> Flight:
+        """After an observation of a connected vehicle."""
+        if state.landed is LandedState.ON_GROUND and self.was_airborne:
+            return self if self.landed_in is not None else replace(self, landed_in=state.mode)
+        return replace(self, landed_in=None) if is_airborne(state) else self
 
     @property
     def drop_is_busy(self) -> bool:

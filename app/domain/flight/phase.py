@@ -39,8 +39,9 @@ class PhaseFacts:
     `commanded`: see Run. `pending` is the command that is being sent. `was_armed` is False while a HEARTBEAT that
     reports armed may still be in transit (1 Hz). `asks_consent_to` is the drop that waits for an operator,
     `rally_point` the number (from 1) of the destination of a return, `was_returning` and `was_landed` whether the run
-    was in that state at the last observation. `after_offboard`: offboard control was active since the last command. For
-    `mode_is_settled` and `by_failsafe` see ModeTracker.
+    was in that state at the last observation, `paused_for` the reason of a run that was paused then. `is_down`: see
+    Flight. `returns_at_end`: the mission's last item is a return. `after_offboard`: offboard control was active since
+    the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -55,6 +56,9 @@ class PhaseFacts:
     rally_point: int | None = None
     was_returning: bool = False
     was_landed: bool = False
+    paused_for: Reason | None = None
+    is_down: bool = False
+    returns_at_end: bool = False
     after_offboard: bool = False
     at_last_item: bool = False
     mode_is_settled: bool = True
@@ -86,8 +90,20 @@ class PhaseFacts:
     @property
     def is_left_armed(self) -> bool:
         """Whether it is a rover at the end of its plan, and nobody else has it: PX4 does not disarm it."""
-        is_ours = self.state.mode in _DRIVEN_TO_END and not self.in_failsafe and self.commanded in _NOT_HELD
-        return self.vehicle_type is VehicleType.ROVER and self.mission_done and self.state.armed is True and is_ours
+        is_at_end = self.mission_done and not self.stands_amid_return and self.state.mode in _DRIVEN_TO_END
+        is_ours = not self.in_failsafe and self.commanded in _NOT_HELD
+        return self.vehicle_type is VehicleType.ROVER and is_at_end and is_ours and self.state.armed is True
+
+    @property
+    def stands_amid_return(self) -> bool:
+        """Whether it holds on its return at the end of the mission."""
+        return self.returns_at_end and self.state.mode is FlightMode.HOLD
+
+    @property
+    def is_kept_from_return(self) -> bool:
+        """Whether it holds although its return is due. PX4 may show Hold mode for a moment before that begins."""
+        has_begun = self.was_returning or self.paused_for is not None
+        return self.stands_amid_return and (has_begun or self.mode_is_settled)
 
     @property
     def comes_down(self) -> bool:
@@ -179,6 +195,7 @@ def _why_returning(facts: PhaseFacts) -> Reason | None:
 
 
 _HOLD: Final = _in(FlightMode.HOLD)
+_NOT_DOWN: Final = _ANY - {FlightMode.RETURN, FlightMode.LAND}
 _S = RunState
 PHASES: Final[tuple[PhaseRow, ...]] = (
     # disarmed: landed, once a HEARTBEAT has had time to say armed
@@ -188,17 +205,23 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     # armed at their end: what drives stops there, an airship holds there
     PhaseRow(
         _ANY,
-        lambda f: f.vehicle_type is VehicleType.ROVER and f.mission_done and (f.has_stopped or f.was_landed),
+        lambda f: (
+            f.vehicle_type is VehicleType.ROVER
+            and f.mission_done
+            and (f.was_landed or (f.has_stopped and not f.stands_amid_return))
+        ),
         _S.LANDED,
         _because(ReasonCode.STOPPED_AT_LAST_ITEM),
     ),
     PhaseRow(
         _HOLD,
-        lambda f: f.vehicle_type is VehicleType.AIRSHIP and f.mission_done and f.holds,
+        lambda f: f.vehicle_type is VehicleType.AIRSHIP and f.mission_done and f.holds and not f.stands_amid_return,
         _S.LANDED,
         _because(ReasonCode.HOLDS_AT_LAST_ITEM),
     ),
-    # PX4 may be in Mission mode again for a moment before it disarms
+    # landed, and not by the mission: as it disarms PX4 goes back to the mode before, and says so one by one
+    PhaseRow(_NOT_DOWN, lambda f: f.was_returning and f.is_down, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
+    PhaseRow(_NOT_DOWN, lambda f: f.paused_for is not None and f.is_down, _S.PAUSED, lambda f: f.paused_for),
     PhaseRow(
         _in(FlightMode.MISSION), lambda f: f.was_returning and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)
     ),
@@ -214,11 +237,16 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.PAUSE, _S.PAUSED, _why_paused),
     # PX4 leaves Return mode as it disarms, and says so one by one
     PhaseRow(_HOLD, lambda f: f.comes_down and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
-    PhaseRow(_HOLD, lambda f: f.mission_done, _S.FLYING, _because(ReasonCode.HOLDS_WHERE_IT_ENDED)),
+    PhaseRow(
+        _HOLD,
+        lambda f: f.mission_done and not f.is_kept_from_return,
+        _S.FLYING,
+        _because(ReasonCode.HOLDS_WHERE_IT_ENDED),
+    ),
     # the completion of the mission may follow
     PhaseRow(
         _HOLD,
-        lambda f: f.at_last_item and not (f.mode_is_settled or f.in_failsafe),
+        lambda f: f.at_last_item and not (f.mode_is_settled or f.in_failsafe or f.is_kept_from_return),
         _S.FLYING,
         _no_reason,
     ),
@@ -237,10 +265,13 @@ def phase_of(facts: PhaseFacts) -> tuple[RunState, Reason | None]:
 
 
 def final_state(
-    *, mission_done: bool, commanded: RunAction | None, reason: Reason | None
+    *, mission_done: bool, commanded: RunAction | None, reason: Reason | None, ends_on_ground: bool = False
 ) -> tuple[RunState, Reason | None]:
-    """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
-    if mission_done:  # counts as complete only if nothing else was commanded before
+    """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship).
+
+    `ends_on_ground`: the mission's own end is a landing. Where a user commands one instead is not that place.
+    """
+    if mission_done and not (ends_on_ground and commanded is RunAction.LAND):  # done before anything was commanded
         return RunState.COMPLETED, reason
     if commanded in (RunAction.RETURN, RunAction.LAND):
         return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=commanded.value)
@@ -266,6 +297,11 @@ def is_offboard_reason(reason: Reason | None) -> bool:
 def is_airborne(state: VehicleState) -> bool:
     """Whether it left the ground. A rover counts when it reports so, 0.6 s after arming (recording 25)."""
     return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
+
+
+def stands_disarmed(state: VehicleState) -> bool:
+    """Whether it says that it is disarmed and on the ground."""
+    return state.connected and state.armed is False and state.landed is LandedState.ON_GROUND
 
 
 def is_landing_unsure(state: VehicleState) -> bool:

@@ -93,6 +93,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
         was_airborne=flight.was_airborne or is_airborne(state),
         was_armed=flight.was_armed or bool(state.armed) or heard_s > SLOWEST_HEARTBEAT_S,
     )
+    flight = flight.having_landed(state)
     flight = _time_items(_observe_drops(_follow_mission(flight, observed), observed), observed)
     return _follow_target(_follow_phase(flight, observed), observed)
 
@@ -192,6 +193,8 @@ def _recovered(flight: Flight, given: inputs.Recovered) -> Flight:
 
 def _command_requested(flight: Flight, given: inputs.CommandRequested) -> Flight:
     flight = replace(flight, offboard=flight.offboard.commanded())
+    if given.action is RunAction.LAND and flight.mission_done and given.observed.state.landed is LandedState.ON_GROUND:
+        return flight  # it stands where the mission ends
     return flight.with_run(given.observed, commanded=given.action, rally=given.rally)
 
 
@@ -336,7 +339,8 @@ def _settle_command(flight: Flight, observed: Observation) -> Flight:
     obeyed = commanded if state.mode is OBEYED_IN.get(commanded) else flight.command.obeyed
     in_air = state.landed is not LandedState.ON_GROUND and flight.mode.is_settled(observed.now_s)
     goes_on = obeyed == commanded and in_air  # PX4 may be in Mission for a moment as it lands
-    if commanded and state.mode is FlightMode.MISSION and (commanded is RunAction.RESUME or goes_on):
+    is_resumed = commanded is RunAction.RESUME and state.mode is FlightMode.RETURN and flight.is_in_final_return
+    if is_resumed or (commanded and state.mode is FlightMode.MISSION and (commanded is RunAction.RESUME or goes_on)):
         flight = flight.with_run(observed, commanded=None)
     return replace(flight, command=replace(flight.command, obeyed=obeyed if flight.run.commanded else None))
 
@@ -365,7 +369,8 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
     phase, reason = phase_of(facts)
     if phase is not RunState.LANDED:
         flight = replace(flight, landed_at_s=None)
-        return flight.in_state(observed, phase, reason) if phase is state or phase in NEXT[state] else flight
+        may_follow = phase is state or (phase in NEXT[state] and not (state is RunState.LANDED and flight.is_down))
+        return flight.in_state(observed, phase, reason) if may_follow else flight
     if phase not in NEXT[state] and state is not RunState.LANDED:  # recovered during its start
         return _end(flight, observed, RunState.FAILED, reason or Reason.of(ReasonCode.NOT_TAKEN_OFF))
     landed_at_s = flight.landed_at_s
@@ -376,7 +381,12 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
     landed_s = observed.now_s - landed_at_s
     if _waits_for_reports(flight, landed_s) or (facts.is_left_armed and landed_s < DISARMED_WITHIN_S):
         return flight
-    last, why = final_state(mission_done=flight.mission_done, commanded=flight.run.commanded, reason=reason)
+    last, why = final_state(
+        mission_done=flight.mission_done,
+        commanded=flight.run.commanded,
+        reason=reason,
+        ends_on_ground=flight.segment.mission.ends_on_ground,
+    )
     return _end(flight, observed, last, why)
 
 
@@ -397,6 +407,9 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         by_failsafe=flight.mode.by_failsafe,
         was_returning=run.state is RunState.RETURNING,
         was_landed=run.state is RunState.LANDED,
+        paused_for=run.reason if run.state is RunState.PAUSED else None,
+        is_down=flight.is_down,
+        returns_at_end=flight.segment.mission.ends_with_return,
         rally_point=None if run.rally is None else run.rally.index + 1,
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )

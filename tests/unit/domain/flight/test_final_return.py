@@ -1,0 +1,88 @@
+"""The return at a plan's end: paused and resumed, taken by others, and broken off by a commanded landing."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.reasons import Reason, ReasonCode
+from app.domain.run.run import RunAction, RunState
+from app.domain.vehicle.state import FlightMode, LandedState
+from tests.support.told_flight import Told
+
+
+def paused_in_final_return() -> Told:
+    told = Told()
+    told.return_at_end()
+    told.command(RunAction.PAUSE)
+    told.see(5.0, mode=FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (RunState.PAUSED, Reason.of(ReasonCode.PAUSED_AS_ASKED))
+    return told
+
+
+@pytest.mark.parametrize("restarted", [False, True])
+def test_a_resumed_return_is_the_missions_again(restarted: bool) -> None:
+    told = paused_in_final_return()
+    if restarted:
+        told.restart()
+        told.see()
+    assert told.flight.is_in_final_return
+    told.command(RunAction.RESUME)
+    told.see()
+    told.see(3.0, mode=FlightMode.RETURN)
+    assert (told.run.state, told.run.reason) == (RunState.RETURNING, Reason.of(ReasonCode.MISSION_DONE))
+    assert told.run.commanded is None, "the vehicle has obeyed"
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (RunState.COMPLETED, None)
+
+
+def test_a_return_that_a_user_commanded_on_the_way_is_not_the_missions() -> None:
+    told = Told()
+    told.see()
+    told.command(RunAction.RETURN)
+    told.see(3.0, mode=FlightMode.RETURN)
+    told.command(RunAction.PAUSE)
+    told.see(3.0, mode=FlightMode.HOLD)
+    assert not told.flight.is_in_final_return, "resumed, it flies the mission"
+
+
+@pytest.mark.parametrize("paused", [False, True])
+@pytest.mark.parametrize("restarted", [False, True])
+def test_a_landing_commanded_on_the_return_ends_as_one_anywhere_else(paused: bool, restarted: bool) -> None:
+    told = paused_in_final_return() if paused else Told()
+    if not paused:
+        told.return_at_end()
+    told.command(RunAction.LAND)
+    told.see(3.0, mode=FlightMode.LAND, landed=LandedState.LANDING)
+    told.touch_down()
+    if restarted:
+        told.restart()
+        told.see()
+    told.disarm(FlightMode.HOLD)
+    assert told.run.state is RunState.ABORTED
+    assert told.run.reason == Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked="land")
+
+
+def test_a_landing_commanded_of_a_vehicle_that_stands_at_home_changes_nothing() -> None:
+    told = Told()
+    told.return_at_end()
+    told.touch_down()
+    told.command(RunAction.LAND)
+    told.disarm(FlightMode.HOLD)
+    assert told.run.state is RunState.COMPLETED
+
+
+def test_hold_by_somebody_else_on_the_return_is_no_mission_that_holds_where_it_ended() -> None:
+    told = Told()
+    told.return_at_end()
+    told.see(4.0, mode=FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (RunState.PAUSED, Reason.of(ReasonCode.TAKEN_BY_OTHERS, mode="hold"))
+    assert RunState.FLYING not in told.states[told.states.index(RunState.RETURNING) :]
+
+
+def test_hold_for_a_moment_before_the_return_begins_is_nobody_elses() -> None:
+    told = Told()
+    told.see()
+    told.see(1.0, mode=FlightMode.HOLD, mission_seq=len(told.flight.segment.mission.items) - 1)
+    told.see(3.0, mode=FlightMode.RETURN)
+    assert RunState.PAUSED not in told.states
