@@ -12,11 +12,19 @@ from typing import Final
 import structlog
 
 from app.domain.airspace.rally import RallyDestination
-from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError, WaydropError, WrongStateError
+from app.domain.errors import (
+    ChangeUnderWayError,
+    ConflictError,
+    LinkTimeoutError,
+    StorageError,
+    WaydropError,
+    WrongStateError,
+)
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import CommandFailed, CommandRequested, RunEnded, StateReached
 from app.domain.flight.modes import armed_by_others, taken_meanwhile
+from app.domain.flight.phase import AGREED_S, is_landing_unsure, stands_disarmed
 from app.domain.flight.segment import segment_of
 from app.domain.items import Gripper
 from app.domain.mission import Mission
@@ -49,6 +57,9 @@ from app.services.vehicle_commands import hold_here
 log = structlog.get_logger(__name__)
 WAITING_FACTS: Final = 1024
 BEFORE_FLIGHT: Final = NOT_STARTED | {RunState.STARTING}
+LOOKED_AT_S: Final = AGREED_S + 1.0
+"""A vehicle that says disarmed: maximum time until its messages agree, or it is commanded all the same."""
+HAS_LANDED: Final = "the vehicle has landed and is disarmed"
 
 
 class RunFlight:
@@ -152,7 +163,7 @@ class RunFlight:
             try:
                 await self._recorder.flush_or_wait()  # a person's command does not wait for a disk that fails
                 with self._monitor.commanding(action):
-                    await command()
+                    is_sent = await self._sent(action, command)
             except asyncio.CancelledError:
                 self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
                 self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
@@ -162,15 +173,39 @@ class RunFlight:
                 self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
                 await self._recorder.flush_or_wait()
                 raise
-            self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.DONE))
+            outcome = CommandOutcome.DONE if is_sent else CommandOutcome.NOT_SENT
+            self._recorder.record(RunAck(command=command_name, outcome=outcome, detail="" if is_sent else HAS_LANDED))
             await self._recorder.flush()
+
+    async def _sent(self, action: RunAction, command: Callable[[], Awaitable[None]]) -> bool:
+        """Whether the command was sent: Return or Land is no mode for a vehicle that has landed and disarmed."""
+        if action in (RunAction.RETURN, RunAction.LAND) and await self._has_landed():
+            return False
+        await command()
+        return True
+
+    async def _has_landed(self) -> bool:
+        """One message can be forged: a vehicle that seems to have landed is watched until its messages agree, and for
+        no longer. One that was not seen in the air may be taking off, and its HEARTBEAT be late.
+        """
+        until_s = self._monitor.observation().now_s + LOOKED_AT_S
+        while self._monitor.flight.was_airborne and stands_disarmed((seen := self._monitor.observation()).state):
+            if not is_landing_unsure(seen.state):
+                return True
+            if seen.now_s >= until_s:
+                break
+            await asyncio.sleep(self._settings.poll_every_s)
+        return False
 
     async def pause(self) -> None:
         """Enter Hold mode. Raises WrongStateError, LinkError."""
         await self.act(RunAction.PAUSE, lambda: hold_here(self._link))
 
     async def resume(self) -> None:
-        """Mission mode again, at the item where it was. Raises WrongStateError, VehicleTakenError, LinkError."""
+        """Mission mode again, at the item where it was; Return mode if only the return at the mission's end is left.
+
+        Raises WrongStateError, ChangeUnderWayError, ConflictError, VehicleTakenError, LinkError.
+        """
         if self._monitor.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
         if self.changer.is_open:
@@ -180,14 +215,17 @@ class RunFlight:
         mode = self._link.state().mode
 
         async def fly_on() -> None:
+            returns = self._monitor.flight.is_in_final_return
             now = self._link.state()  # another command was carried out first, or the disk was waited for
             if not now.connected:
                 raise LinkTimeoutError(
                     "the vehicle is not heard: nothing was sent", hint="resume when it is heard again"
                 )
-            if now.mode not in (mode, FlightMode.HOLD, FlightMode.MISSION):
+            if self._monitor.flight.was_airborne and stands_disarmed(now):
+                raise ConflictError("the vehicle is disarmed on the ground", hint="wait until the run has ended")
+            if now.mode not in (mode, FlightMode.HOLD, FlightMode.RETURN if returns else FlightMode.MISSION):
                 raise taken_meanwhile(now.mode)
-            await self._link.start_mission()
+            await (self._link.return_to_launch() if returns else self._link.start_mission())
 
         await self.act(RunAction.RESUME, fly_on)
 
