@@ -21,7 +21,7 @@ from app.vehicles.encoders import CommandInt, CommandLong, MissionSetCurrent, Ou
 from app.vehicles.inbox import Inbox
 from app.vehicles.native import OUR_COMPONENT_ID
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts
+from app.vehicles.status_texts import StatusTexts, Topic
 
 _ACKS_WAITING: Final = 32
 _UNKNOWN_PROGRESS: Final = 255
@@ -96,6 +96,10 @@ class CommandSender:
             result_code=ack.result_code,
             texts=texts,
         )
+
+    def reasons_since(self, since_s: float) -> tuple[str, ...]:
+        """The vehicle's texts since then (monotonic) that may say why it did not do what it acknowledged."""
+        return self._texts.reasons_since(since_s, but=Topic.HEALTH)
 
     def close(self) -> None:
         """End all waits with LinkError. Idempotent."""

@@ -320,17 +320,20 @@ class ModeSwitch:
             return
         if signs.has_come and (now := self._mode()) is not None:
             raise taken_meanwhile(now)
+        texts = self._sender.reasons_since(signs.since_s)
         raise LinkTimeoutError(
             f"{signs.mode.value} mode was acknowledged but not reported within "
-            f"{self._settings.mode_seen_timeout_s:g} s",
+            f"{self._settings.mode_seen_timeout_s:g} s" + "".join(f"; {text}" for text in texts),
             hint="the vehicle may have left it again: check its mode and status texts",
             mode=signs.mode.value,
+            texts=texts,
         )
 
     @contextmanager
     def _watching(self, mode: FlightMode) -> Iterator[_Signs]:
         """Signs of `mode`, watched from before the command, or the first one is missed."""
-        signs, since_s = _Signs(mode), time.monotonic()
+        since_s = time.monotonic()
+        signs = _Signs(mode, since_s)
 
         def look(message: Heartbeat | CurrentMode, received_s: float) -> None:
             if received_s >= since_s:
@@ -351,8 +354,9 @@ class _Signs:
     when the mode was commanded, of a vehicle that has left it since.
     """
 
-    def __init__(self, mode: FlightMode) -> None:
+    def __init__(self, mode: FlightMode, since_s: float) -> None:
         self.mode = mode
+        self.since_s = since_s
         self.is_newest = False
         self.has_come = False
         self._is_acknowledged = False

@@ -10,6 +10,7 @@ from collections.abc import Callable, Coroutine
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleTakenError
+from app.domain.vehicle.facts import MavSeverity, StatusText
 from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import CommandSender
 from app.vehicles.encoders import Outgoing
@@ -30,7 +31,8 @@ class Commanded:
         self.sent: list[FlightMode] = []
         self.on_sent: Callable[[FlightMode], None] = lambda mode: None
         self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
-        sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None), 245)
+        self.texts = StatusTexts(lambda text: None)
+        sender = CommandSender(self._take, self.inbox, self.texts, 245)
         self.switch = ModeSwitch(sender, self.inbox, SETTINGS, lambda: self.mode)
 
     def answer(self, result: int = 0) -> None:
@@ -113,6 +115,21 @@ async def test_a_process_that_stood_still_does_not_command_the_mode_again(
     with pytest.raises(LinkTimeoutError):
         await vehicle.switch.to(FlightMode.MISSION, until_seen=True)
     assert vehicle.sent == [FlightMode.MISSION]
+
+
+async def test_a_mode_that_is_acknowledged_and_not_entered_is_explained_by_the_vehicles_texts() -> None:
+    vehicle = Commanded()
+    vehicle.texts.add(StatusText(MavSeverity.CRITICAL, "of before"), time.monotonic() - 1.0)
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.answer()
+        text = StatusText(MavSeverity.CRITICAL, "No valid mission available, loitering")
+        vehicle.texts.add(text, time.monotonic())
+
+    vehicle.on_sent = take
+    with pytest.raises(LinkTimeoutError, match=r"within 0\.4 s; No valid mission available, loitering$") as refused:
+        await vehicle.switch.to(FlightMode.MISSION)
+    assert refused.value.extra["texts"] == ("No valid mission available, loitering",)
 
 
 async def test_a_mode_is_seen_without_an_answer() -> None:
