@@ -18,10 +18,11 @@ from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult, P
 from app.domain.vehicle.state import FlightMode
 from app.vehicles.decoders import CommandAckReport, MissionCurrentReport
 from app.vehicles.encoders import CommandInt, CommandLong, MissionSetCurrent, Outgoing
+from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
 from app.vehicles.native import OUR_COMPONENT_ID
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts, Topic
+from app.vehicles.status_texts import StatusTexts
 
 _ACKS_WAITING: Final = 32
 _UNKNOWN_PROGRESS: Final = 255

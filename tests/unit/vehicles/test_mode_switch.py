@@ -10,9 +10,9 @@ from collections.abc import Callable, Coroutine
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleTakenError
-from app.domain.vehicle.facts import MavSeverity, StatusText
 from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import CommandSender
+from app.vehicles.decoders import StatusTextChunk
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox
 from app.vehicles.modes import ModeSwitch
@@ -119,12 +119,12 @@ async def test_a_process_that_stood_still_does_not_command_the_mode_again(
 
 async def test_a_mode_that_is_acknowledged_and_not_entered_is_explained_by_the_vehicles_texts() -> None:
     vehicle = Commanded()
-    vehicle.texts.add(StatusText(MavSeverity.CRITICAL, "of before"), time.monotonic() - 1.0)
+    vehicle.texts.take(StatusTextChunk(2, "of before", 0, 0), time.monotonic() - 1.0)
 
     def take(_mode: FlightMode) -> None:
         vehicle.answer()
-        text = StatusText(MavSeverity.CRITICAL, "No valid mission available, loitering")
-        vehicle.texts.add(text, time.monotonic())
+        text = StatusTextChunk(2, "No valid mission available, loitering", 0, 0)
+        vehicle.texts.take(text, time.monotonic())
 
     vehicle.on_sent = take
     with pytest.raises(LinkTimeoutError, match=r"within 0\.4 s; No valid mission available, loitering$") as refused:

@@ -84,7 +84,7 @@ async def test_disarmed_and_armed_again_it_is_somebody_elses() -> None:
         service.vehicle.arm = _arming(service, True, False, True, error=NO_ANSWER)  # type: ignore[method-assign]
         await service.create()
         await service.until_state(RunState.FAILED)
-        assert "is armed in HOLD mode, not by Waydrop" in describe(service.run.reason)
+        assert "is armed in HOLD mode, not by this start" in describe(service.run.reason)
         assert service.vehicle.sent[-1] == "arm"
 
 

@@ -103,8 +103,14 @@ async def test_a_vehicle_that_only_seems_to_have_landed_is_sent_home_all_the_sam
         assert service.vehicle.sent[-1] == "return"
 
 
-async def test_an_abort_is_sent_to_a_vehicle_whose_arming_no_heartbeat_has_told_yet() -> None:
+async def test_an_abort_is_sent_to_a_vehicle_whose_arming_the_run_has_not_seen() -> None:
+    """A HEARTBEAT of before the arming, which came late, is the newest."""
     async with run_service() as service:
+
+        async def wait_armed() -> None:
+            service.vehicle.put(armed=False)
+
+        service.vehicle.wait_armed = wait_armed  # type: ignore[method-assign]
         service.vehicle.says_armed = False
         service.vehicle.put(durations=AGREED)
         await service.create()
