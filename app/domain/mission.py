@@ -187,14 +187,6 @@ class Mission:
         """Whether its last item is the return to launch."""
         return bool(self.items) and self.is_return(len(self.items) - 1)
 
-    @property
-    def ends_on_ground(self) -> bool:
-        """Whether its last item brings the vehicle down."""
-        return self.ends_with_return or (bool(self.items) and self.items[-1].command in _LANDINGS)
-
-
-_LANDINGS: Final = frozenset({MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
-
 
 def mission_hash(mission: Mission) -> str:
     """SHA-256 (hex) of mission, fence and rally points, each item packed as the fields of MISSION_ITEM_INT,

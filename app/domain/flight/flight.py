@@ -178,8 +178,8 @@ class Flight:
     `segment` is the mission that is flown, `progress` the progress in it. `change` is a changed mission that is being
     transferred or may be on board, and `skip_to` its item that the vehicle had reached when the change arrived.
     `target` follows the moving target of the next drop. `last_state` is the vehicle's state at the last observation.
-    `landed_in` is the mode in which it came to stand on the ground; None in the air. `effects` are those of the current
-    step.
+    `landed_in` is the mode in which it came to stand on the ground; None in the air. `is_on_mission`: it was seen in
+    Mission mode, and since then in that and Hold mode only. `effects` are those of the current step.
     """
 
     run: Run
@@ -203,6 +203,7 @@ class Flight:
     last_state: VehicleState | None = None
     landed_at_s: float | None = None
     landed_in: FlightMode | None = None
+    is_on_mission: bool = False
     effects: tuple[FlightEffect, ...] = ()
 
     @classmethod
@@ -242,6 +243,12 @@ class Flight:
         if state.landed is LandedState.ON_GROUND and self.was_airborne:
             return self if self.landed_in is not None else replace(self, landed_in=state.mode)
         return replace(self, landed_in=None) if is_airborne(state) else self
+
+    def having_driven(self, state: VehicleState) -> Flight:
+        """After an observation of a connected vehicle. What was not seen before the mission was done is not on it."""
+        begins = state.mode is FlightMode.MISSION and not self.mission_done
+        stays = self.is_on_mission and state.mode in (FlightMode.MISSION, FlightMode.HOLD)
+        return replace(self, is_on_mission=(begins or stays) and not state.in_failsafe)
 
     @property
     def drop_is_busy(self) -> bool:

@@ -11,6 +11,7 @@ from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
+DRIVES_M_S = 1.0
 AGREED_S: Final = 2.0
 """HEARTBEAT, EXTENDED_SYS_STATE and GLOBAL_POSITION_INT must agree for this time before a flight counts as ended.
 
@@ -39,9 +40,9 @@ class PhaseFacts:
     `commanded`: see Run. `pending` is the command that is being sent. `was_armed` is False while a HEARTBEAT that
     reports armed may still be in transit (1 Hz). `asks_consent_to` is the drop that waits for an operator,
     `rally_point` the number (from 1) of the destination of a return, `was_returning` and `was_landed` whether the run
-    was in that state at the last observation, `paused_for` the reason of a run that was paused then. `is_down`: see
-    Flight. `returns_at_end`: the mission's last item is a return. `after_offboard`: offboard control was active since
-    the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
+    was in that state at the last observation, `paused_for` the reason of a run that was paused then. `is_down` and
+    `is_on_mission`: see Flight. `returns_at_end`: the mission's last item is a return. `after_offboard`: offboard
+    control was active since the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -58,6 +59,7 @@ class PhaseFacts:
     was_landed: bool = False
     paused_for: Reason | None = None
     is_down: bool = False
+    is_on_mission: bool = False
     returns_at_end: bool = False
     after_offboard: bool = False
     at_last_item: bool = False
@@ -88,11 +90,22 @@ class PhaseFacts:
         return is_sure and self.state.mode is FlightMode.HOLD
 
     @property
+    def has_driven_to_end(self) -> bool:
+        """Whether it is a rover whose plan ends where it drove last. One that returns at the end is disarmed by PX4."""
+        return self.vehicle_type is VehicleType.ROVER and self.mission_done and not self.returns_at_end
+
+    @property
+    def stands_at_end(self) -> bool:
+        """Whether it has stopped there; from then on its speed need not be as steady."""
+        speed_m_s = self.state.ground_speed_m_s
+        is_still = self.was_landed and (speed_m_s is None or speed_m_s < DRIVES_M_S)
+        return self.has_driven_to_end and (self.has_stopped or is_still)
+
+    @property
     def is_left_armed(self) -> bool:
-        """Whether it is a rover at the end of its plan, and nobody else has it: PX4 does not disarm it."""
-        is_at_end = self.mission_done and not self.stands_amid_return and self.state.mode in _DRIVEN_TO_END
-        is_ours = not self.in_failsafe and self.commanded in _NOT_HELD
-        return self.vehicle_type is VehicleType.ROVER and is_at_end and is_ours and self.state.armed is True
+        """Whether it stands armed at its end, where PX4 does not disarm it, and was taken by nobody that it shows."""
+        is_ours = self.is_on_mission and not self.in_failsafe and self.commanded in _NOT_HELD
+        return self.has_driven_to_end and self.has_stopped and is_ours and self.state.armed is True
 
     @property
     def stands_amid_return(self) -> bool:
@@ -114,8 +127,6 @@ class PhaseFacts:
 Because = Callable[[PhaseFacts], Reason | None]
 _ANY: Final = frozenset({*FlightMode, None})
 _ON_MISSION: Final = frozenset({FlightMode.MISSION, FlightMode.TAKEOFF})
-_DRIVEN_TO_END: Final = frozenset({FlightMode.MISSION, FlightMode.HOLD})
-"""PX4 holds by itself where a mission has ended."""
 _NOT_HELD: Final = frozenset({None, RunAction.RESUME})
 """A person who has paused it at its end keeps it."""
 
@@ -174,6 +185,11 @@ def _why_stopped(facts: PhaseFacts) -> Reason:
     return Reason.of(code, mode=facts.state.mode.value if facts.state.mode is not None else "an unknown")
 
 
+def _why_paused_on_ground(facts: PhaseFacts) -> Reason | None:
+    is_asked = facts.commanded is RunAction.PAUSE and facts.state.mode is FlightMode.HOLD
+    return _why_paused(facts) if is_asked else facts.paused_for
+
+
 def _because_of_failsafe_mode(facts: PhaseFacts) -> Reason:
     """PX4 alone descends: nobody can command it."""
     assert facts.state.mode is not None
@@ -200,19 +216,10 @@ _S = RunState
 PHASES: Final[tuple[PhaseRow, ...]] = (
     # disarmed: landed, once a HEARTBEAT has had time to say armed
     PhaseRow(_ANY, lambda f: f.state.armed is False and not f.was_armed, _S.FLYING, _no_reason),
-    PhaseRow(_ANY, lambda f: f.state.armed is False and f.was_airborne, _S.LANDED, _no_reason),
+    PhaseRow(_ANY, lambda f: f.state.armed is False and (f.was_airborne or f.mission_done), _S.LANDED, _no_reason),
     PhaseRow(_ANY, lambda f: f.state.armed is False, _S.LANDED, _because(ReasonCode.DISARMED_BEFORE_TAKEOFF)),
     # armed at their end: what drives stops there, an airship holds there
-    PhaseRow(
-        _ANY,
-        lambda f: (
-            f.vehicle_type is VehicleType.ROVER
-            and f.mission_done
-            and (f.was_landed or (f.has_stopped and not f.stands_amid_return))
-        ),
-        _S.LANDED,
-        _because(ReasonCode.STOPPED_AT_LAST_ITEM),
-    ),
+    PhaseRow(_ANY, lambda f: f.stands_at_end, _S.LANDED, _because(ReasonCode.STOPPED_AT_LAST_ITEM)),
     PhaseRow(
         _HOLD,
         lambda f: f.vehicle_type is VehicleType.AIRSHIP and f.mission_done and f.holds and not f.stands_amid_return,
@@ -221,7 +228,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     ),
     # landed, and not by the mission: as it disarms PX4 goes back to the mode before, and says so one by one
     PhaseRow(_NOT_DOWN, lambda f: f.was_returning and f.is_down, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
-    PhaseRow(_NOT_DOWN, lambda f: f.paused_for is not None and f.is_down, _S.PAUSED, lambda f: f.paused_for),
+    PhaseRow(_NOT_DOWN, lambda f: f.paused_for is not None and f.is_down, _S.PAUSED, _why_paused_on_ground),
     PhaseRow(
         _in(FlightMode.MISSION), lambda f: f.was_returning and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)
     ),
@@ -265,13 +272,13 @@ def phase_of(facts: PhaseFacts) -> tuple[RunState, Reason | None]:
 
 
 def final_state(
-    *, mission_done: bool, commanded: RunAction | None, reason: Reason | None, ends_on_ground: bool = False
+    *, mission_done: bool, commanded: RunAction | None, reason: Reason | None, returns_at_end: bool = False
 ) -> tuple[RunState, Reason | None]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship).
 
-    `ends_on_ground`: the mission's own end is a landing. Where a user commands one instead is not that place.
+    `returns_at_end`: a landing that a user commands on the way is not the mission's end, although its items are done.
     """
-    if mission_done and not (ends_on_ground and commanded is RunAction.LAND):  # done before anything was commanded
+    if mission_done and not (returns_at_end and commanded is RunAction.LAND):  # done before anything was commanded
         return RunState.COMPLETED, reason
     if commanded in (RunAction.RETURN, RunAction.LAND):
         return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=commanded.value)

@@ -40,8 +40,8 @@ SLOWEST_HEARTBEAT_S: Final = 3.0
 LAST_REPORTS_S: Final = 2.5
 """After a landing: maximum time for the report that the mission is complete. MISSION_CURRENT is sent at 1 Hz."""
 
-DISARMED_WITHIN_S: Final = 10.0
-"""A run whose vehicle is left armed waits so long for its disarming, and then ends without."""
+DISARMED_WITHIN_S: Final = 15.0
+"""A run whose vehicle is left armed waits so long for its disarming, and then ends without. All attempts take less."""
 
 STAYS_ON_MISSION: Final = frozenset({None, RunAction.PAUSE, RunAction.RESUME, RunAction.REFUSED})
 """What may be commanded with the mission still being flown to its end."""
@@ -93,7 +93,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
         was_airborne=flight.was_airborne or is_airborne(state),
         was_armed=flight.was_armed or bool(state.armed) or heard_s > SLOWEST_HEARTBEAT_S,
     )
-    flight = flight.having_landed(state)
+    flight = flight.having_landed(state).having_driven(state)
     flight = _time_items(_observe_drops(_follow_mission(flight, observed), observed), observed)
     return _follow_target(_follow_phase(flight, observed), observed)
 
@@ -369,6 +369,8 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
     phase, reason = phase_of(facts)
     if phase is not RunState.LANDED:
         flight = replace(flight, landed_at_s=None)
+        if state is RunState.LANDED and facts.has_driven_to_end:  # somebody took it before it was disarmed
+            return _over(flight, observed, flight.run.reason)
         may_follow = phase is state or (phase in NEXT[state] and not (state is RunState.LANDED and flight.is_down))
         return flight.in_state(observed, phase, reason) if may_follow else flight
     if phase not in NEXT[state] and state is not RunState.LANDED:  # recovered during its start
@@ -381,11 +383,15 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
     landed_s = observed.now_s - landed_at_s
     if _waits_for_reports(flight, landed_s) or (facts.is_left_armed and landed_s < DISARMED_WITHIN_S):
         return flight
+    return _over(flight, observed, reason)
+
+
+def _over(flight: Flight, observed: Observation, reason: Reason | None) -> Flight:
     last, why = final_state(
         mission_done=flight.mission_done,
         commanded=flight.run.commanded,
         reason=reason,
-        ends_on_ground=flight.segment.mission.ends_on_ground,
+        returns_at_end=flight.segment.mission.ends_with_return,
     )
     return _end(flight, observed, last, why)
 
@@ -409,6 +415,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         was_landed=run.state is RunState.LANDED,
         paused_for=run.reason if run.state is RunState.PAUSED else None,
         is_down=flight.is_down,
+        is_on_mission=flight.is_on_mission,
         returns_at_end=flight.segment.mission.ends_with_return,
         rally_point=None if run.rally is None else run.rally.index + 1,
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),

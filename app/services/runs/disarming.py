@@ -44,11 +44,11 @@ class EndDisarming:
 
     async def _disarm(self) -> None:
         self._recorder.record(RunCommand(command=RunCommandName.DISARM))
-        await self._recorder.flush_or_wait()
-        if not self._is_due:  # the disk was waited for
-            self._answer(CommandOutcome.NOT_SENT, "somebody else has the vehicle")
-            return
         try:
+            await self._recorder.flush_or_wait()
+            if not self._is_due:  # the disk was waited for
+                self._answer(CommandOutcome.NOT_SENT, "somebody else has the vehicle")
+                return
             await self._link.disarm()
         except asyncio.CancelledError:
             self._answer(CommandOutcome.UNKNOWN, "broken off")

@@ -154,16 +154,19 @@ class RunFlight:
         self.changer.break_off()
         command_name = RunCommandName(action.value)
         async with self._acting:
-            if self._monitor.run.state not in IN_FLIGHT:
-                raise self._wrong(action.value)
+            self._require_in_flight(action)
             self.changer.break_off()  # one may have begun while an earlier command was pending
+            if action in (RunAction.RETURN, RunAction.LAND) and await self._has_landed():
+                await self._leave_it_landed(command_name, rally)
+                return
+            self._require_in_flight(action)  # its messages may have been waited for
             run = self._monitor.run
             self._monitor.feed(CommandRequested(self._monitor.observation(), action, rally))
             self._recorder.record(RunCommand(command=command_name, rally=rally))
             try:
                 await self._recorder.flush_or_wait()  # a person's command does not wait for a disk that fails
                 with self._monitor.commanding(action):
-                    is_sent = await self._sent(action, command)
+                    await command()
             except asyncio.CancelledError:
                 self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
                 self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
@@ -173,16 +176,19 @@ class RunFlight:
                 self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
                 await self._recorder.flush_or_wait()
                 raise
-            outcome = CommandOutcome.DONE if is_sent else CommandOutcome.NOT_SENT
-            self._recorder.record(RunAck(command=command_name, outcome=outcome, detail="" if is_sent else HAS_LANDED))
+            self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.DONE))
             await self._recorder.flush()
 
-    async def _sent(self, action: RunAction, command: Callable[[], Awaitable[None]]) -> bool:
-        """Whether the command was sent: Return or Land is no mode for a vehicle that has landed and disarmed."""
-        if action in (RunAction.RETURN, RunAction.LAND) and await self._has_landed():
-            return False
-        await command()
-        return True
+    def _require_in_flight(self, action: RunAction) -> None:
+        if self._monitor.run.state not in IN_FLIGHT:
+            raise self._wrong(action.value)
+
+    async def _leave_it_landed(self, command: RunCommandName, rally: RallyDestination | None) -> None:
+        """Return or Land is no mode for a vehicle that has landed and disarmed. It ends as it would have without."""
+        if not self._monitor.run.is_over:
+            self._recorder.record(RunCommand(command=command, rally=rally))
+            self._recorder.record(RunAck(command=command, outcome=CommandOutcome.NOT_SENT, detail=HAS_LANDED))
+        await self._recorder.flush()
 
     async def _has_landed(self) -> bool:
         """One message can be forged: a vehicle that seems to have landed is watched until its messages agree, and for

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from typing import Any
 
 import pytest
 
 from app.domain.errors import VehicleRefusedError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommandName
 from app.domain.run.run import RunState
+from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState
 from tests.support.run_service import RunService, run_service
 from tests.support.scripted_link import FAST
@@ -23,6 +25,10 @@ async def driving() -> AsyncIterator[RunService]:
         await service.until_state(RunState.FLYING)
         service.vehicle.put(landed=LandedState.IN_AIR, velocity_north_m_s=2.0)
         yield service
+
+
+def _return_at_the_end(document: dict[str, Any]) -> None:
+    document["items"][-1] = {"id": "home", "type": "return_to_launch"}
 
 
 def _arrive(service: RunService, velocity_north_m_s: float = 0.0) -> None:
@@ -43,6 +49,7 @@ async def test_a_rover_is_disarmed_before_its_run_is_over_and_can_be_started_aga
     assert driving.vehicle.truth.armed is False
     assert [ack.outcome for ack in _answers(driving)] == [CommandOutcome.DONE]
     driving.vehicle.put(mission_state=MissionState.NOT_STARTED, landed=LandedState.ON_GROUND)
+    await driving.until(lambda: all(run.is_over for run in driving.runs.open_runs()), "its end is stored")
     await driving.create()
     await driving.until_state(RunState.FLYING)
 
@@ -59,6 +66,43 @@ async def test_a_rover_that_somebody_took_as_it_arrived_is_not_disarmed(
     driving.vehicle.put(mode=mode, in_failsafe=in_failsafe, velocity_north_m_s=0.0)
     await driving.until_state(RunState.COMPLETED)
     assert "disarm" not in driving.vehicle.sent
+
+
+async def test_a_rover_that_a_person_drove_on_after_its_end_is_not_disarmed_where_it_stops(driving: RunService) -> None:
+    """In Hold mode it looks as if it had never been taken."""
+    _arrive(driving, velocity_north_m_s=1.0)
+    await driving.until(lambda: driving.flight.flight.mission_done, "it must have arrived")
+    driving.vehicle.put(mode=FlightMode.MANUAL)
+    await driving.until_state(RunState.PAUSED)
+    driving.vehicle.put(mode=FlightMode.HOLD, velocity_north_m_s=0.0)
+    await driving.until_state(RunState.COMPLETED)
+    assert "disarm" not in driving.vehicle.sent
+
+
+async def test_a_rover_that_drives_away_again_is_not_disarmed_and_its_run_is_over(driving: RunService) -> None:
+    driving.vehicle.disarm_gate.clear()
+    _arrive(driving)
+    await driving.until(lambda: "disarm" in driving.vehicle.sent, "it must be disarmed")
+    driving.vehicle.put(mode=FlightMode.MISSION, mission_seq=0, velocity_north_m_s=2.0)
+    await driving.until_state(RunState.COMPLETED)
+    driving.vehicle.disarm_gate.set()
+    assert driving.vehicle.truth.armed is True
+
+
+async def test_a_rover_that_returns_at_the_end_is_left_to_its_autopilot() -> None:
+    """It stands at its last drop as its return begins, for a moment still in Mission mode, then in Return mode."""
+    async with run_service("rover-drop.json", changes=_return_at_the_end) as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        service.vehicle.put(landed=LandedState.IN_AIR, velocity_north_m_s=0.0)
+        last = len(service.mission.items) - 1
+        service.vehicle.put(ItemReached(last), mission_seq=last, mission_state=MissionState.COMPLETE)
+        await service.until(lambda: service.flight.flight.mission_done, "its items are done")
+        service.vehicle.put(mode=FlightMode.RETURN)
+        await service.until_state(RunState.RETURNING)
+        assert "disarm" not in service.vehicle.sent
+        service.vehicle.put(armed=False, landed=LandedState.ON_GROUND)
+        await service.until_state(RunState.COMPLETED)
 
 
 async def test_a_rover_that_a_person_has_paused_at_its_end_stays_armed(driving: RunService) -> None:

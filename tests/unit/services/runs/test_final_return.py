@@ -7,13 +7,12 @@ import asyncio
 import pytest
 
 from app.domain.errors import ConflictError, VehicleTakenError
-from app.domain.events import EventKind
+from app.domain.events.run import CommandOutcome, RunAck, RunCommandName
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState, SignalDurations
 from tests.support.changed_flight import fly
-from tests.support.events import data_of
 from tests.support.run_service import RunService, run_service
 
 AGREED = SignalDurations(disarmed_s=60.0, on_ground_s=60.0, at_rest_s=60.0)
@@ -85,13 +84,14 @@ async def test_a_vehicle_that_has_landed_and_disarmed_is_commanded_no_mode(asked
         service.vehicle.put(mode=FlightMode.MISSION, armed=False, landed=LandedState.ON_GROUND, durations=unsure)
         sent = list(service.vehicle.sent)
         asking = asyncio.create_task(getattr(service.runs, asked)(service.run_id))
-        await service.until(lambda: service.newest.commanded is not None, "it is commanded")
+        await asyncio.sleep(0)
         service.vehicle.put(durations=AGREED)
         await asking
-        await service.until_state(RunState.ABORTED)
-        assert service.vehicle.sent == sent
-        acks = [data_of(event) for event in service.events.events if event.kind is EventKind.RUN_ACK]
-        assert acks[-1]["outcome"] == "not_sent"
+        await service.until_state(RunState.FAILED)
+        assert (service.run.reason, service.vehicle.sent) == (Reason.of(ReasonCode.ENDED_EARLY), sent)
+        acks = [event.data for event in service.events.events if isinstance(event.data, RunAck)]
+        told = {ack.outcome for ack in acks if ack.command in (RunCommandName.RETURN, RunCommandName.LAND)}
+        assert told <= {CommandOutcome.NOT_SENT}, "it is told unless the run was over before"
 
 
 async def test_a_vehicle_that_only_seems_to_have_landed_is_sent_home_all_the_same() -> None:
