@@ -37,12 +37,13 @@ _COMES_DOWN: Final = frozenset(_THROUGH_HOLD)
 class PhaseFacts:
     """The facts that determine the phase of a run.
 
-    `commanded`: see Run. `pending` is the command that is being sent. `was_armed` is False while a HEARTBEAT that
-    reports armed may still be in transit (1 Hz). `asks_consent_to` is the drop that waits for an operator,
-    `rally_point` the number (from 1) of the destination of a return, `was_returning` and `was_landed` whether the run
-    was in that state at the last observation, `paused_for` the reason of a run that was paused then. `is_down` and
-    `is_on_mission`: see Flight. `returns_at_end`: the mission's last item is a return. `after_offboard`: offboard
-    control was active since the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
+    `commanded`: see Run; `is_unobeyed`: the vehicle has not entered its mode. `pending` is the command that is being
+    sent. `was_armed` is False while a HEARTBEAT that reports armed may still be in transit (1 Hz). `asks_consent_to` is
+    the drop that waits for an operator, `rally_point` the number (from 1) of the destination of a return,
+    `was_returning` and `was_landed` whether the run was in that state at the last observation, `paused_for` the reason
+    of a run that was paused then. `is_down` and `is_on_mission`: see Flight. `returns_at_end`: the mission's last item
+    is a return. `after_offboard`: offboard control was active since the last command. For `mode_is_settled` and
+    `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -61,6 +62,7 @@ class PhaseFacts:
     is_down: bool = False
     is_on_mission: bool = False
     returns_at_end: bool = False
+    is_unobeyed: bool = False
     after_offboard: bool = False
     at_last_item: bool = False
     mode_is_settled: bool = True
@@ -207,7 +209,8 @@ def _why_returning(facts: PhaseFacts) -> Reason | None:
         return Reason.of(ReasonCode.MISSION_DONE)
     if facts.in_failsafe:
         return Reason.of(ReasonCode.FAILSAFE)
-    return Reason.of(ReasonCode.RETURN_BY_OTHERS) if facts.mode_is_settled else None
+    is_by_others = facts.mode_is_settled and not facts.is_unobeyed  # else it may be what was commanded before
+    return Reason.of(ReasonCode.RETURN_BY_OTHERS) if is_by_others else None
 
 
 _HOLD: Final = _in(FlightMode.HOLD)

@@ -406,6 +406,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         was_airborne=flight.was_airborne,
         commanded=run.commanded,
         pending=flight.command.pending,
+        is_unobeyed=run.commanded in OBEYED_IN and flight.command.obeyed != run.commanded,
         was_armed=flight.was_armed,
         after_offboard=flight.offboard.had_it,
         at_last_item=progress.current == progress.last_seq,

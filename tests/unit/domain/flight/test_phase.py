@@ -40,6 +40,11 @@ def seen(view: PhaseFacts = FLYING, **state: object) -> PhaseFacts:
             ReasonCode.RETURNING_AS_ASKED,
         ),
         (
+            seen(dataclasses.replace(FLYING, commanded=RunAction.LAND, is_unobeyed=True), mode=FlightMode.RETURN),
+            RunState.RETURNING,
+            None,
+        ),
+        (
             seen(dataclasses.replace(FLYING, mission_done=True), mode=FlightMode.RETURN),
             RunState.RETURNING,
             ReasonCode.MISSION_DONE,
