@@ -59,5 +59,5 @@ class EndDisarming:
             self._answer(CommandOutcome.DONE)
 
     def _answer(self, outcome: CommandOutcome, detail: str = "") -> None:
-        """Stored with what follows: the run is not over yet."""
+        """Stored with what follows; of a disarming that is broken off, as the run is let go."""
         self._recorder.record(RunAck(command=RunCommandName.DISARM, outcome=outcome, detail=detail))
