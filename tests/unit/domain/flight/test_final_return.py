@@ -86,3 +86,16 @@ def test_hold_for_a_moment_before_the_return_begins_is_nobody_elses() -> None:
     told.see(1.0, mode=FlightMode.HOLD, mission_seq=len(told.flight.segment.mission.items) - 1)
     told.see(3.0, mode=FlightMode.RETURN)
     assert RunState.PAUSED not in told.states
+
+
+def test_a_return_is_nobody_elses_until_the_vehicle_obeys_the_landing_commanded_on_it() -> None:
+    told = Told()
+    told.see()
+    told.command(RunAction.RETURN)
+    told.see(3.0, mode=FlightMode.RETURN)
+    told.command(RunAction.LAND)
+    told.see(3.0)
+    assert (told.run.state, told.run.reason) == (RunState.RETURNING, None)
+    told.see(3.0, mode=FlightMode.LAND)
+    told.see(3.0, mode=FlightMode.RETURN)
+    assert told.run.reason == Reason.of(ReasonCode.RETURN_BY_OTHERS), "the landing was obeyed before"
