@@ -54,7 +54,6 @@ from app.services.simulation import Simulation
 from app.services.site_lease import SiteLease
 from app.services.targets import Targets
 from app.services.tasks import Tasks
-from app.services.telemetry import Fleetlike, TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks, WebhookSettings
@@ -123,7 +122,6 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
         runs = await stack.enter_async_context(_runs(storage, fleet, plans, journal, targets))
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)
-        telemetry = await stack.enter_async_context(telemetry_of(fleet, settings))
         webhooks = await stack.enter_async_context(webhooks_of(storage, journal, clock, settings))
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         commands, rerouting = VehicleCommands(fleet, journal), Rerouting(runs, plans)
@@ -137,7 +135,6 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
             delivery_reports=_delivery_reports(runs, storage, journal, clock),
             access=access,
             fleet=fleet,
-            telemetry=telemetry,
             runs=runs,
             rerouting=rerouting,
             jobs=jobs,
@@ -340,17 +337,6 @@ async def _fleet(settings: Settings, journal: Journal, *, joins: bool) -> AsyncI
 
 
 @asynccontextmanager
-async def telemetry_of(fleet: Fleetlike, settings: Settings) -> AsyncIterator[TelemetryFeed]:
-    """The newest states of the vehicles."""
-    telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
-    await telemetry.start()
-    try:
-        yield telemetry
-    finally:
-        await telemetry.close()
-
-
-@asynccontextmanager
 async def webhooks_of(
     storage: Storage | ClusterStorage, journal: EventJournal, clock: Clock, settings: Settings
 ) -> AsyncIterator[Webhooks]:
@@ -392,6 +378,7 @@ def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
         allowed_hosts=settings.allowed_hosts,
         allowed_origins=settings.allowed_origins,
         trusted_proxies=settings.trusted_proxies,
+        telemetry_period_s=settings.telemetry_period_s,
         max_body_bytes=settings.max_body_bytes,
         max_sockets=settings.max_sockets,
     )

@@ -20,7 +20,6 @@ from app.application import (
     running,
     serve,
     served,
-    telemetry_of,
     webhooks_of,
 )
 from app.cluster import BusSettings, open_bus
@@ -181,7 +180,6 @@ class _Node:
             ),
             access=access_to(storage.tokens, self._settings),
             fleet=fleet,
-            telemetry=await stack.enter_async_context(telemetry_of(fleet, self._settings)),
             runs=runs,
             rerouting=runs,
             jobs=RemoteJobs(storage.jobs, storage.shared_jobs, known, fleet, gateways, self._caller, clock),

@@ -27,7 +27,6 @@ from typing import Any, Final
 from playwright.async_api import Page, WebSocket, async_playwright, expect
 
 from app.domain.vehicle.state import FlightMode, LandedState
-from app.services.telemetry import TelemetryFeed
 from bench.page_watch import WATCH, measure, print_costs
 from tests.browser.conftest import CHROMIUM, chromium_args
 from tests.support.fake_links import HOME, FakeLink
@@ -132,19 +131,11 @@ def _row(state: dict[str, Any]) -> list[str]:
 @contextlib.asynccontextmanager
 async def served(folder: Path, dist: Path, vehicles: int, hz: float) -> AsyncIterator[Service]:
     """The application with the page and so many vehicles, told so often."""
-    feeds: list[TelemetryFeed] = []
-
-    def change(services: Any) -> Any:
-        feeds.append(TelemetryFeed(services.fleet, 1 / hz))
-        return replace(services, telemetry=feeds[0])
-
-    settings = replace(SETTINGS, web_root=dist)
-    async with run_service(folder, settings=settings, change=change, links=vehicles) as service:
-        await feeds[0].start()
+    settings = replace(SETTINGS, web_root=dist, telemetry_period_s=1 / hz)
+    async with run_service(folder, settings=settings, links=vehicles) as service:
         for link in service.links:
             link.change(armed=True, landed=LandedState.IN_AIR)
         yield service
-        await feeds[0].close()
 
 
 async def bench(dist: Path, vehicles: int, hz: float, seconds: float, profile: Path | None) -> bool:

@@ -149,7 +149,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
         client_max_size=settings.max_body_bytes,
     )
     install(app, services)
-    broadcast = Broadcast(services.journal, services.telemetry, services.clock, metrics)
+    broadcast = Broadcast(services.journal, services.fleet, services.clock, metrics, settings.telemetry_period_s)
     app[METRICS] = metrics
     app[VERSION] = settings.version
     app[RENDERINGS] = Renderings(services.plans.work)

@@ -32,7 +32,6 @@ from app.services.plans import Plans
 from app.services.site_lease import SiteLease
 from app.services.targets import Targets
 from app.services.tasks import Tasks
-from app.services.telemetry import TelemetryFeed
 
 ReadinessCheck = Callable[[], str | None]
 """Return None when ready, else the reason."""
@@ -53,7 +52,6 @@ class ApiServices:
     comparisons: Comparisons
     access: Access
     fleet: FleetApi
-    telemetry: TelemetryFeed
     runs: RunsApi
     rerouting: ReroutingApi
     targets: Targets

@@ -35,6 +35,8 @@ class ApiSettings:
 
     `trusted_proxies` are the networks of proxies whose X-Forwarded-For is believed.
 
+    `telemetry_period_s` is how often the stream sends the states of the vehicles.
+
     `bodies_under_way_bytes` limits the total size of large request bodies in progress.
 
     Sockets: at most `max_sockets` per path and `max_sockets_per_token` per token. At most `max_refused_sockets` more
@@ -51,6 +53,7 @@ class ApiSettings:
     allowed_hosts: tuple[str, ...] = ()
     allowed_origins: tuple[str, ...] = ()
     trusted_proxies: tuple[Network, ...] = ()
+    telemetry_period_s: float = 0.2
     max_body_bytes: int = 1024 * 1024
     body_timeout_s: float = 30.0
     bodies_under_way_bytes: int = 64 * 1024 * 1024

@@ -126,9 +126,13 @@ class MavsdkVehicleLink:
             autopilot=self._measurements.autopilot,
         )
 
+    @property
+    def is_connected(self) -> bool:
+        """`state().connected`, without the rest of it."""
+        return self._watch.is_connected()
+
     def state(self) -> VehicleState:
-        connected = self._watch.is_connected()
-        return self._measurements.state(time.monotonic(), connected=connected, security=self._security())
+        return self._measurements.state(time.monotonic(), connected=self.is_connected, security=self._security())
 
     def ground_station_age_s(self, system_id: int) -> float | None:
         return self._station_age_s(system_id)

@@ -191,7 +191,7 @@ class MavsdkLinkSource:
         """Of links with one system id that are heard now, one is commanded: that which is heard for longest."""
         heard: dict[int, MavsdkVehicleLink] = {}
         for link in sorted(self._links, key=lambda one: (one.is_quarantined, one.heard_since_s)):
-            first = heard.setdefault(link.identity.system_id, link) if link.state().connected else link
+            first = heard.setdefault(link.identity.system_id, link) if link.is_connected else link
             if first is not link:
                 _quarantine_twin(link, first)
 

@@ -45,7 +45,6 @@ from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
 from app.services.targets import Targets
 from app.services.tasks import Tasks
-from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks
@@ -167,7 +166,6 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             delivery_reports=DeliveryReports(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
             access=Access(storage.tokens, clock, None),
             fleet=fleet,
-            telemetry=TelemetryFeed(fleet, 3600.0),
             runs=runs,
             rerouting=Rerouting(runs, plans),
             targets=Targets(clock),
@@ -186,6 +184,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         settings = ApiSettings(
             gateway="gw-1",
             version="bench",
+            telemetry_period_s=3600.0,
             max_sockets=clients,
             max_sockets_per_token=clients,
             socket_queue=100_000,

@@ -172,11 +172,15 @@ async def prepared(scale: Scale, *, busy: bool) -> AsyncIterator[Round]:
     """The service and its burden. `busy`: plans are checked and jobs wait."""
     seconds = LONG_S if scale.long else SHORT_S
     places = CLIENTS + 16
-    settings = replace(SETTINGS, max_sockets=places, max_sockets_per_token=places, body_timeout_s=30.0)
+    settings = replace(
+        SETTINGS,
+        telemetry_period_s=TELEMETRY_S,
+        max_sockets=places,
+        max_sockets_per_token=places,
+        body_timeout_s=30.0,
+    )
     with tempfile.TemporaryDirectory() as folder:
-        async with run_service(
-            Path(folder), settings=settings, jobs_settings=JobSettings(), telemetry_period_s=TELEMETRY_S
-        ) as service:
+        async with run_service(Path(folder), settings=settings, jobs_settings=JobSettings()) as service:
             if busy:
                 await queue_jobs(service)
             burdens: list[Burden] = [(watch, (service.url, CLIENTS)), (burn, ())]

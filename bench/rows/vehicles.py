@@ -137,7 +137,7 @@ ROWS: Final = (
         unit="cores CPU",
         goal=Goal(0.5, "at most", of="value"),
         prepare=lambda scale: rounds(lambda fleet: fleet.cores),
-        limited_by="mavsdk's JSON of each message, the guard's look at each frame, telemetry to the page",
+        limited_by="mavsdk's JSON of each message, the guard's look at each frame, Waydrop's at each message",
         rounds=2,
     ),
 )

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import aiohttp
 import pytest
 
+from app.api import ApiServices
 from app.api.stream import session
+from app.services.fleet import Fleet
+from app.services.views import VehicleView
 from tests.support.listener import listen, record
-from tests.support.service_in_process import Service, run_service
+from tests.support.service_in_process import SETTINGS, Service, run_service
+from tests.support.socket_limits import sockets_open
 
 
 async def test_hello_and_snapshot_come_first_then_what_happens(service: Service) -> None:
@@ -48,6 +54,36 @@ async def test_telemetry_comes_by_itself_and_is_not_an_event(service: Service) -
         service.links[0].change(heading_deg=123.0)
         while (await client.frame("telemetry"))["vehicles"]["v1"]["heading_deg"] != 123.0:
             pass
+
+
+class WatchedFleet(Fleet):
+    """A fleet that counts how often it is looked at."""
+
+    looks = 0
+
+    def vehicles(self) -> Sequence[VehicleView]:
+        self.looks += 1
+        return super().vehicles()
+
+
+def watched(services: ApiServices) -> ApiServices:
+    fleet = WatchedFleet.__new__(WatchedFleet)
+    vars(fleet).update(vars(services.fleet))
+    return replace(services, fleet=fleet)
+
+
+async def test_nobody_looks_at_the_vehicles_while_no_socket_is_open(tmp_path: Path) -> None:
+    async with run_service(tmp_path, change=watched) as service:
+        fleet = service.services.fleet
+        assert isinstance(fleet, WatchedFleet)
+        async with listen(service) as client:
+            for _ in range(3):
+                await client.frame("telemetry")
+        await sockets_open(service, 0)
+        looks = fleet.looks
+        assert looks >= 3
+        await asyncio.sleep(10 * SETTINGS.telemetry_period_s)
+        assert fleet.looks == looks
 
 
 async def test_a_bad_after_closes_with_4400(service: Service) -> None:

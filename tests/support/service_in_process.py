@@ -35,7 +35,6 @@ from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
 from app.services.targets import Targets
 from app.services.tasks import Tasks
-from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks, WebhookSettings
@@ -48,7 +47,7 @@ from tests.support.known_guards import KnownGuards
 from tests.support.known_links import KnownLinks
 from tests.support.patience import Patience
 
-SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test")
+SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", telemetry_period_s=0.02)
 
 PATIENT = OffboardSettings(lease_s=60.0, stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=20.0, gone_s=30.0))
 """On a busy machine a client of a test may be silent for long; dead-man and lease have tests of their own."""
@@ -127,7 +126,6 @@ async def run_service(
     links: int = 2,
     jobs_settings: JobSettings = LIVELY,
     attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
-    telemetry_period_s: float = 0.02,
     access_clock: Clock | None = None,
     target_clock: Clock | None = None,
     site: str | None = None,
@@ -139,17 +137,14 @@ async def run_service(
         journal = Journal(storage.events, clock)
         fleet = Fleet(KnownLinks(*vehicles), journal, site=site)
         guards = KnownGuards()
-        telemetry = TelemetryFeed(fleet, period_s=telemetry_period_s)
-        for begun in (journal, fleet, telemetry):
+        for begun in (journal, fleet):
             await begun.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
         access = Access(storage.tokens, access_clock or clock, bootstrap_token)
         guarded = VehicleLinks(guards, fleet, journal)
         targets = Targets(target_clock or clock)
         work = await stack.enter_async_context(plan_work())
-        plain = _services(
-            storage, clock, journal, fleet, telemetry, webhooks, access, guarded, jobs_settings, targets, work
-        )
+        plain = _services(storage, clock, journal, fleet, webhooks, access, guarded, jobs_settings, targets, work)
         services = change(plain)
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
@@ -161,7 +156,7 @@ async def run_service(
                 yield service
         finally:
             await stack.aclose()
-            parts: tuple[Any, ...] = (plain.jobs, services.offboard, services.runs, telemetry, fleet, journal)
+            parts: tuple[Any, ...] = (plain.jobs, services.offboard, services.runs, fleet, journal)
             for part in parts:
                 await part.close()
 
@@ -171,7 +166,6 @@ def _services(
     clock: SystemClock,
     journal: Journal,
     fleet: Fleet,
-    telemetry: TelemetryFeed,
     webhooks: Webhooks,
     access: Access,
     links: VehicleLinks,
@@ -187,7 +181,6 @@ def _services(
         plans=plans,
         access=access,
         fleet=fleet,
-        telemetry=telemetry,
         comparisons=Comparisons(runs, journal),
         attachments=Attachments(runs, storage.attachments, journal, clock),
         delivery_reports=DeliveryReports(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),

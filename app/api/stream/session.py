@@ -43,7 +43,6 @@ from app.services.journal import (
     kept_after,
     kept_page,
 )
-from app.services.telemetry import TelemetryFeed
 from app.services.views import StateView
 
 _STATES: Final = TypeAdapter(dict[str, StateView])
@@ -193,12 +192,16 @@ class Broadcast:
     """One reader of the journal and one of the telemetry, for all sockets. It never waits for a socket.
 
     `last_seq` is the newest event that was broadcast. A socket that has sent exactly these joins without an await.
-    The events of one commit are sent together.
+    The events of one commit are sent together. The vehicles are looked at every `telemetry_period_s` while there is a
+    socket.
     """
 
-    def __init__(self, journal: EventReader, telemetry: TelemetryFeed, clock: Clock, metrics: Metrics) -> None:
+    def __init__(
+        self, journal: EventReader, fleet: FleetApi, clock: Clock, metrics: Metrics, telemetry_period_s: float
+    ) -> None:
         self._journal = journal
-        self._telemetry = telemetry
+        self._fleet = fleet
+        self._telemetry_period_s = telemetry_period_s
         self._clock = clock
         self._metrics = metrics
         self._outboxes: set[Outbox] = set()
@@ -271,18 +274,14 @@ class Broadcast:
             outbox.send_events(batch)
 
     async def _send_telemetry(self) -> None:
-        subscription = self._telemetry.subscribe()
-        try:
-            while True:
-                states = await subscription.next()
-                if not self._outboxes:
-                    continue
-                tick = Tick(self._clock.now(), states)
-                self._send_pending()  # an event is never later than the telemetry after it
-                for outbox in self._outboxes:
-                    outbox.send_tick(tick)
-        finally:
-            subscription.close()
+        while True:
+            await asyncio.sleep(self._telemetry_period_s)
+            if not self._outboxes:
+                continue
+            tick = Tick(self._clock.now(), {vehicle.id: vehicle.state for vehicle in self._fleet.vehicles()})
+            self._send_pending()  # an event is never later than the telemetry after it
+            for outbox in self._outboxes:
+                outbox.send_tick(tick)
 
 
 MAX_INCOMING_FRAMES: Final = 100

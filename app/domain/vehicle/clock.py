@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -33,7 +34,7 @@ class VehicleClock:
             return self if self.is_overtaken(back_s) else replace(self, samples=((now_s, boot_s),))
         if self.samples and now_s - self.samples[-1][0] < 0.1:
             return self
-        kept = tuple(s for s in self.samples if now_s - s[0] <= self.window_s)
+        kept = self.samples[bisect_left(self.samples, (now_s - self.window_s,)) :]
         return replace(self, samples=(*kept, (now_s, boot_s)))
 
     def set_to(self, rate: float) -> VehicleClock:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
-from typing import Any, Final, get_type_hints
+from typing import Any, Final, Protocol, get_type_hints
 
 import structlog
 from pydantic import ValidationError, create_model
@@ -21,7 +21,6 @@ from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
 from app.services.clock import Clock
 from app.services.remote.calls import CALL_TIMEOUT_S, Caller
-from app.services.telemetry import Fleetlike
 from app.services.vehicle_links import LinkKeySetUp
 from app.services.views import SiteStatus, VehicleView
 
@@ -65,6 +64,13 @@ def head_of(message: bytes) -> SiteHead:
     """A report without its vehicles, which are most of it. Raises ValidationError."""
     head, found, _ = message.partition(_VEHICLES)
     return SiteHead.model_validate_json(head + b"}" if found else message)
+
+
+class Fleetlike(Protocol):
+    """What a reporter needs of the fleet."""
+
+    def vehicles(self) -> Sequence[VehicleView]:
+        """All vehicles."""
 
 
 class Reporter:

@@ -27,7 +27,6 @@ from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.clock import SystemClock
 from app.services.fleet import EventBacklog, Fleet
 from app.services.journal import Journal
-from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from tests.support.events import data_of
 from tests.support.fakes import MemoryEventStore
@@ -157,21 +156,6 @@ async def test_an_unknown_vehicle_is_named_with_those_that_are_known() -> None:
         with pytest.raises(NotFoundError) as caught:
             fleet.view("v7")
         assert "v1" in caught.value.hint
-
-
-async def test_telemetry_is_conflated_for_a_slow_reader() -> None:
-    vehicle = ScriptedVehicle()
-    async with fleet_of(vehicle) as (fleet, _, _journal):
-        feed = TelemetryFeed(fleet, period_s=0.005)
-        subscription = feed.subscribe()
-        await feed.start()
-        await subscription.next()
-        for percent in (90.0, 80.0, 70.0):
-            vehicle.put(battery_percent=percent)
-            await asyncio.sleep(0.02)
-        states = await subscription.next()
-        await feed.close()
-    assert states["v1"].battery_percent == 70.0, "only the newest counts"
 
 
 @dataclass
