@@ -25,10 +25,11 @@ LATE_CURRENT_S = 2.0
 class EmbeddedObservation:
     """What is seen of an embedded drop at `now_s`.
 
-    `passed`: its release item is passed in this visit. The other fields distinguish it from other gripper items of the
-    mission. `at_item`: the mission is at the drop's own items. `earlier_passed`: all earlier releases are passed.
-    `regrabbed`, `reopened`: a later grab, or a later release, was due. `has_output`: an output is assigned to the
-    gripper; None: unknown. `has_gripper`: false for a winch, which is not observable.
+    `passed`: its release item is passed in this visit; `settled`: so is the time that the plan gives it. The other
+    fields distinguish it from other gripper items of the mission. `at_item`: the mission is at the drop's own items.
+    `earlier_passed`: all earlier releases are passed. `regrabbed`, `reopened`: a later grab, or a later release, was
+    due. `has_output`: an output is assigned to the gripper; None: unknown. `has_gripper`: false for a winch, which is
+    not observable.
     """
 
     now_s: float
@@ -42,6 +43,7 @@ class EmbeddedObservation:
     reopened: bool = False
     has_output: bool | None = None
     has_gripper: bool = True
+    settled: bool = True
 
     @property
     def output(self) -> int | None:
@@ -85,6 +87,8 @@ class EmbeddedDrop:
             return drop._opened(seen)
         if drop.passed_at_s is None or not seen.connected or seen.now_s - drop.passed_at_s < OUTPUT_WAIT_S:
             return drop
+        if not seen.has_gripper and not seen.settled:
+            return drop  # nothing shows that the winch is done: it may have its line out
         return drop._not_opened(seen)
 
     def ended(self, reason: Reason) -> EmbeddedDrop:

@@ -73,6 +73,7 @@ class EmbeddedRelease:
                 now_s=seen.now_s,
                 connected=state.connected,
                 passed=self.gripper.has_passed(progress),
+                settled=self.gripper.has_settled(progress),
                 output_us=state.gripper_output_us if has_gripper else None,
                 output_age_s=state.gripper_output_age_s if has_gripper else None,
                 at_item=self.gripper.is_at_item(progress),

@@ -162,12 +162,13 @@ _RELEASE = 0.0
 class GripperTurns:
     """The position of an embedded drop among the gripper items of the mission, as sequence numbers.
 
-    `approach_seq` is the first item of its approach, `earlier_seq` the last release before it (-1: none), `grab_seq`
-    and `next_seq` the first grab and the first release after it (None: none).
+    `approach_seq` is the first item of its approach, `settled_seq` the last of its own items, `earlier_seq` the last
+    release before it (-1: none), `grab_seq` and `next_seq` the first grab and the first release after it (None: none).
     """
 
     approach_seq: int
     release_seq: int
+    settled_seq: int
     earlier_seq: int = -1
     grab_seq: int | None = None
     next_seq: int | None = None
@@ -180,6 +181,7 @@ class GripperTurns:
         return cls(
             approach_seq=min(drop.hold_seqs),
             release_seq=own,
+            settled_seq=max(own, drop.resume_seq - 1),
             earlier_seq=max((seq for seq in releases if seq < own), default=-1),
             grab_seq=min((seq for seq in grabs if seq > own), default=None),
             next_seq=min((seq for seq in releases if seq > own), default=None),
@@ -188,6 +190,10 @@ class GripperTurns:
     def has_passed(self, progress: MissionProgress) -> bool:
         """Whether the release is passed in this visit."""
         return progress.passed_to >= self.release_seq
+
+    def has_settled(self, progress: MissionProgress) -> bool:
+        """Whether the time that the plan gives the drop is over, too."""
+        return progress.passed_to >= self.settled_seq
 
     def is_at_item(self, progress: MissionProgress) -> bool:
         """Whether the mission is approaching or executing the drop."""

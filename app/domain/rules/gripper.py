@@ -78,6 +78,25 @@ def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 
+@rules.warning(
+    "winch.contingency",
+    "Telemetry does not show what a winch does, so its drop ends as unknown and the contingency is carried out.",
+    "Waydrop.",
+)
+def _winch_ends_unknown(context: RuleContext) -> Iterator[Violation]:
+    action = context.plan.contingency.on_drop_failure
+    if action == "continue":
+        return
+    for number, drop in enumerate(context.drops, start=1):
+        is_last = not any(later.releases for later in context.drops[number:])
+        if is_last and action == "return":
+            return  # nothing is left to deliver
+        if isinstance(drop.item, Winch) and drop.releases and not drop.supervised:
+            message = f'an embedded winch drop always ends as unknown, so "{action}" is commanded after it'
+            hint = 'set "on_drop_failure": "continue"' + ("" if is_last else ", or give each parcel a plan of its own")
+            yield at_item(drop.step, message, hint)
+
+
 @rules.error("gripper.supervised_grab", "Only a release can be supervised; a grab is always embedded.", "Waydrop.")
 def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:

@@ -121,3 +121,18 @@ def test_a_winch_is_not_explained_by_the_output_of_a_gripper() -> None:
     assert (drop.finish.outcome, drop.finish.certainty) == (DropOutcome.UNKNOWN, Certainty.NONE)
     assert "winch" in describe(drop.finish.reason)
     assert "gripper" not in describe(drop.finish.reason)
+
+
+def test_a_winch_is_not_done_before_the_time_that_the_plan_gives_it() -> None:
+    """Else the contingency would command a return while the line is out."""
+    lowering = {"passed": True, "output_us": None, "has_gripper": False}
+    drop = EmbeddedDrop()
+    for at_s in (0, 4, 14):
+        drop = drop.saw(sight(at_s, settled=False, **lowering))
+    assert drop.finish is None
+    drop = drop.saw(sight(16, **lowering))
+    assert drop.finish is not None
+    assert drop.finish.outcome is DropOutcome.UNKNOWN
+    interrupted = EmbeddedDrop().saw(sight(0, settled=False, **lowering)).ended(LANDED)
+    assert interrupted.finish is not None
+    assert interrupted.finish.outcome is DropOutcome.UNKNOWN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -11,8 +12,10 @@ from app.domain.drop.record import DropOutcome
 from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
 from app.domain.flight.inputs import FactReceived, Observation, Observed
 from app.domain.flight.segment import drop_records, segment_of
+from app.domain.flight.snapshot import ContingencyCommand
 from app.domain.flight.step import step
-from app.domain.plan import parse_plan
+from app.domain.mission import Mission
+from app.domain.plan import Plan, parse_plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import ReasonCode
 from app.domain.vehicle.facts import MissionCurrent, Rebooted
@@ -27,10 +30,10 @@ FAR = 0
 APPROACH = min(DROP.hold_seqs)
 
 
-def flown_to(seq: int) -> tuple[Flight, Observation]:
+def flown_to(seq: int, plan: Plan = PLAN, mission: Mission = MISSION) -> tuple[Flight, Observation]:
     """A flight whose vehicle is in the air, on its way to this item."""
-    run = a_run().model_copy(update={"drops": drop_records(MISSION)})
-    segment = segment_of(run, PLAN, MISSION, DEFAULT_MAX_OFFSET_M, {})
+    run = a_run().model_copy(update={"drops": drop_records(mission)})
+    segment = segment_of(run, plan, mission, DEFAULT_MAX_OFFSET_M, {})
     flight = Flight.of(run, segment, BEGAN_S, LOST_AFTER_S, DEFAULT_MAX_OFFSET_M)
     seen = Flown().observed
     seen = replace(seen, state=replace(seen.state, mission_seq=seq))
@@ -77,3 +80,35 @@ def test_a_vehicle_that_is_not_heard_any_more_may_have_released() -> None:
     drop = flight.run.drop(DROP.plan_item_id)
     assert flight.run.reason is not None
     assert (flight.run.reason.code, drop.outcome) == (ReasonCode.NOT_HEARD, DropOutcome.UNKNOWN)
+
+
+WINCH_PLAN = parse_plan(
+    json.dumps(
+        {**json.loads((PLANS / "winch-delivery.json").read_text()), "contingency": {"on_drop_failure": "return"}}
+    )
+)
+WINCH_MISSION = compile_plan(WINCH_PLAN, default_facts(VehicleType.MULTICOPTER))
+
+
+def test_a_winch_has_its_time_before_the_vehicle_is_sent_home() -> None:
+    drop = WINCH_MISSION.drops[0]
+    assert drop.release_seq is not None
+    flight, seen = flown_to(drop.release_seq, WINCH_PLAN, WINCH_MISSION)
+    lowering_seq = drop.release_seq + 1
+    assert lowering_seq < drop.resume_seq, "the plan gives it time"
+
+    def at(seq: int, seconds: float) -> list[object]:
+        nonlocal flight
+        now = after(seen, seconds, connected=True)
+        now = replace(now, state=replace(now.state, mission_seq=seq))
+        effects: list[object] = []
+        for given in (FactReceived(now, MissionCurrent(seq, mission_id=MISSION_ID)), Observed(now)):
+            flight, told = step(flight, given)
+            effects += told
+        return effects
+
+    for seconds in (1.0, 5.0, 14.0):
+        assert not any(isinstance(one, ContingencyCommand) for one in at(lowering_seq, seconds))
+    assert flight.run.drop(drop.plan_item_id).outcome is DropOutcome.PENDING
+    assert ContingencyCommand("return", drop.plan_item_id) in at(drop.resume_seq, 16.0)
+    assert flight.run.drop(drop.plan_item_id).outcome is DropOutcome.UNKNOWN

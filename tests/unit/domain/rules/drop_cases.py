@@ -143,6 +143,20 @@ POSITION_CASES = [
         multicopter(waypoint(), gripper(action="grab")),
     ),
     Case(
+        "winch.contingency",
+        "/items/2",
+        multicopter(waypoint(), winch(), waypoint(80), gripper(), contingency={"on_drop_failure": "return"}),
+        multicopter(waypoint(), gripper(), waypoint(80), winch(), contingency={"on_drop_failure": "return"}),
+        about="a return with a parcel that was not tried",
+    ),
+    Case(
+        "winch.contingency",
+        "/items/2",
+        multicopter(waypoint(), winch(), contingency={"on_drop_failure": "hold"}),
+        multicopter(waypoint(), winch(), contingency={"on_drop_failure": "continue"}),
+        about="a hold without an end",
+    ),
+    Case(
         "winch.supervised",
         "/items/2/mode",
         multicopter(waypoint(), winch(mode="supervised")),
