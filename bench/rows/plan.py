@@ -10,7 +10,6 @@ from contextlib import asynccontextmanager
 from typing import Any, Final
 
 from app.domain.plan import Plan, parse_plan
-from app.domain.plan.compiler import compile_plan
 from app.domain.rules import checked
 from app.domain.vehicle.state import VehicleProfile, VehicleType
 from bench.row import Goal, Pair, Round, Row, Scale
@@ -56,9 +55,9 @@ def checking(raw: bytes) -> Callable[[], None]:
     facts = VehicleProfile(VehicleType.MULTICOPTER, max_mission_items=2 * ITEMS)
 
     def work() -> None:
-        plan = parse_plan(raw)
-        checked(plan, facts)
-        compile_plan(plan, facts)
+        drafted = checked(parse_plan(raw), facts).drafted
+        assert drafted is not None, "the plan has a mission"
+        drafted.mission()
 
     return work
 

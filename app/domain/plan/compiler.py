@@ -40,9 +40,9 @@ class DraftList:
     def next_seq(self) -> int:
         return len(self.drafts)
 
-    def number(self) -> tuple[MissionItem, ...]:
+    def number(self, seqs_of: Mapping[str, Sequence[int]]) -> tuple[MissionItem, ...]:
         """Return contiguous items. The first is current; jumps point to the first item of their target."""
-        first = {item_id: seqs[0] for item_id, seqs in self.seqs_of().items()}
+        first = {item_id: seqs[0] for item_id, seqs in seqs_of.items()}
         return tuple([_numbered(seq, draft, first) for seq, draft in enumerate(self.drafts)])
 
     def seqs_of(self) -> Mapping[str, Sequence[int]]:
@@ -280,21 +280,32 @@ def add_detour(
     return replace(failed, resume_seq=follows, alternate=alternate, alternate_seq=first_seq, leave_s=LEAVE_S)
 
 
+@dataclass(frozen=True, slots=True)
+class DraftedPlan:
+    """A plan as the items of its mission, before they become MISSION_ITEM_INTs. `seqs_of`: of each plan item."""
+
+    plan: Plan
+    drafts: DraftList
+    drops: tuple[CompiledDrop, ...]
+    seqs_of: Mapping[str, Sequence[int]]
+
+    def mission(self) -> Mission:
+        """Number the items, and add the fence and the rally points."""
+        return Mission(
+            items=self.drafts.number(self.seqs_of),
+            fence=fence_items(self.plan.geofence),
+            rally=rally_items(self.plan.rally_points),
+            plan_item_of=self.drafts.plan_item_of(),
+            drops=self.drops,
+        )
+
+
 def compile_plan(plan: Plan, facts: VehicleProfile) -> Mission:
     """Compile a plan that passed the rules to MISSION_ITEM_INT lists, for a vehicle with these facts.
 
-    Raises PlanRejectedError if the plan has no mission: a vehicle of another type, a drop without a position, a jump
-    without a target, loiter turns. All other problems are reported by the rules.
+    Raises PlanRejectedError, as `draft`. All other problems are reported by the rules.
     """
-    home = reference_home(plan, facts)
-    drafts, compiled = _drafted(plan, facts, home, walk(plan, home, in_flight=facts.in_flight))
-    return Mission(
-        items=drafts.number(),
-        fence=fence_items(plan.geofence),
-        rally=rally_items(plan.rally_points),
-        plan_item_of=drafts.plan_item_of(),
-        drops=tuple(compiled),
-    )
+    return draft(plan, facts, walk(plan, reference_home(plan, facts), in_flight=facts.in_flight)).mission()
 
 
 def mission_seqs(plan: Plan, facts: VehicleProfile, steps: Sequence[Step]) -> Mapping[str, Sequence[int]]:
@@ -303,9 +314,19 @@ def mission_seqs(plan: Plan, facts: VehicleProfile, steps: Sequence[Step]) -> Ma
     They do not depend on the vehicle's parameters.
     """
     try:
-        return _drafted(plan, facts, reference_home(plan, facts), steps)[0].seqs_of()
+        return draft(plan, facts, steps).seqs_of
     except PlanRejectedError:
         return {}
+
+
+def draft(plan: Plan, facts: VehicleProfile, steps: Sequence[Step]) -> DraftedPlan:
+    """Draft the mission of a plan; `steps` are the walk in its order.
+
+    Raises PlanRejectedError if the plan has no mission: a vehicle of another type, a drop without a position, a jump
+    without a target, loiter turns.
+    """
+    drafts, compiled = _drafted(plan, facts, reference_home(plan, facts), steps)
+    return DraftedPlan(plan, drafts, tuple(compiled), drafts.seqs_of())
 
 
 def _drafted(

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from app.domain.airspace.geofence import FenceArea, fence_area
 from app.domain.autopilot import behaviour
+from app.domain.errors import PlanRejectedError
 from app.domain.geo import LocalProjection
-from app.domain.plan.compiler import mission_seqs
+from app.domain.plan.compiler import DraftedPlan, draft
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import drops_of, over_alternates
 from app.domain.plan.walk import Step, reference_home, speeds_along, walk
@@ -41,10 +42,14 @@ RULES: tuple[Rule, ...] = tuple(rule for file in FILES for rule in file.rules.al
 
 @dataclass(frozen=True, slots=True)
 class CheckedPlan:
-    """The findings of a plan, and the flight that the rules examined."""
+    """The findings of a plan, and the flight and the mission that the rules examined.
+
+    `drafted` is None if the plan has no mission: see `draft`, and the findings.
+    """
 
     findings: tuple[Finding, ...]
     timeline: Timeline
+    drafted: DraftedPlan | None
 
 
 def check_plan(plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> tuple[Finding, ...]:
@@ -55,19 +60,20 @@ def check_plan(plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> t
 
     The route over the alternates is checked like the plan itself. Plan and route are predicted once.
     """
-    findings, _ = _looked_at(plan, facts, wind)
-    return findings
+    return _looked_at(plan, facts, wind)[0]
 
 
 def checked(plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> CheckedPlan:
-    """Like `check_plan`, with the timeline. Uses the defaults of the plan's vehicle type without a suitable vehicle."""
-    findings, predicted = _looked_at(plan, facts, wind)
-    return CheckedPlan(findings, predicted().timeline)
+    """Like `check_plan`, with the timeline and the mission. Uses the defaults of the plan's vehicle type without a
+    suitable vehicle.
+    """
+    findings, walked, predicted = _looked_at(plan, facts, wind)
+    return CheckedPlan(findings, predicted().timeline, walked.drafted())
 
 
 def _looked_at(
     plan: Plan, facts: VehicleProfile | None, wind: Wind
-) -> tuple[tuple[Finding, ...], Callable[[], Prediction]]:
+) -> tuple[tuple[Finding, ...], _Walked, Callable[[], Prediction]]:
     assumptions = Assumptions()
     known = facts if facts is not None and facts.vehicle_type is plan.vehicle_type else None
     assumed = replace(known or VehicleProfile(plan.vehicle_type), assuming=assumptions.add)
@@ -79,7 +85,7 @@ def _looked_at(
     if detour is not None:
         over = _broken(look.at(detour.plan, look.walk(detour.plan), lambda: _over(predicted())))
         findings |= set(detour_findings(detour, over, findings))
-    return tuple(sorted(findings, key=_order)), predicted
+    return tuple(sorted(findings, key=_order)), walked, predicted
 
 
 def _over(predicted: Prediction) -> Timeline:
@@ -96,7 +102,12 @@ class _Walked(NamedTuple):
 
     home: GlobalPosition
     steps: tuple[Step, ...]
-    seqs_of: Callable[[], Mapping[str, Sequence[int]]]
+    drafted: Callable[[], DraftedPlan | None]
+
+    def seqs_of(self) -> Mapping[str, Sequence[int]]:
+        """Empty if the plan has no mission."""
+        found = self.drafted()
+        return {} if found is None else found.seqs_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,12 +123,12 @@ class _Look:
         facts = self.facts
         home = reference_home(plan, facts)
         steps = walk(plan, home, in_flight=facts.in_flight)
-        return _Walked(home, steps, self.assumptions.remembered(lambda: mission_seqs(plan, facts, steps)))
+        return _Walked(home, steps, self.assumptions.remembered(lambda: _drafted(plan, facts, steps)))
 
     def at(self, plan: Plan, walked: _Walked, timeline: Callable[[], Timeline]) -> RuleContext:
         """Build the context of the rules once. A vehicle of another type is a finding of its own."""
         facts, once = self.facts, self.assumptions.remembered
-        home, steps, seqs_of = walked
+        home, steps = walked.home, walked.steps
         projection = LocalProjection(home.latitude_deg, home.longitude_deg)
         return RuleContext(
             plan=plan,
@@ -132,8 +143,15 @@ class _Look:
             flown_speeds_m_s=once(lambda: speeds_along(plan, facts, steps)),
             wind=self.wind,
             timeline=timeline,
-            seqs_of=seqs_of,
+            seqs_of=walked.seqs_of,
         )
+
+
+def _drafted(plan: Plan, facts: VehicleProfile, steps: Sequence[Step]) -> DraftedPlan | None:
+    try:
+        return draft(plan, facts, steps)
+    except PlanRejectedError:
+        return None
 
 
 def _fence(plan: Plan, facts: VehicleProfile, projection: LocalProjection) -> FenceArea | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final, Protocol
 
 from app.domain.errors import ConflictError, PlanRejectedError, VehicleBusyError
@@ -95,7 +96,8 @@ async def compiled_and_predicted(plan: Plan, facts: VehicleProfile, wind: Wind) 
     """
     found = await asyncio.to_thread(checked, plan, facts, wind)
     _refuse_errors(found.findings)
-    return await asyncio.to_thread(compile_plan, plan, facts), found.timeline.first(RECORDED_VISITS)
+    compiled = partial(compile_plan, plan, facts) if found.drafted is None else found.drafted.mission
+    return await asyncio.to_thread(compiled), found.timeline.first(RECORDED_VISITS)
 
 
 def _refuse_errors(findings: Sequence[Finding]) -> None:
