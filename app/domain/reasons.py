@@ -79,6 +79,10 @@ class ReasonCode(StrEnum):
         "a drop failed; the vehicle returned, as the plan specifies",
     )
     ENDED_EARLY = "run.ended_early", "the vehicle ended its flight before the mission was complete"
+    LANDING_BROKEN_OFF = (
+        "run.landing_broken_off",
+        "the vehicle landed in {mode} mode, not where its mission ends",
+    )
     FLOWN_TO_END = "run.flown_to_end", "the mission is complete"
     RUN_ENDED = "run.ended", "the run ended as {state}"
 

@@ -12,6 +12,7 @@ from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, consent_event
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
+from app.domain.flight.landing import is_by_mission
 from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
@@ -125,8 +126,6 @@ def _vehicle_s(seen: VehicleSnapshot) -> float | None:
 
 
 LOST_AFTER_S: Final = 900.0
-_NOT_LANDED_BY: Final = frozenset({None, FlightMode.MISSION, FlightMode.TAKEOFF, FlightMode.HOLD})
-"""Modes in which standing on the ground is part of the mission, or says nothing of how it came there."""
 DEFAULT_MAX_OFFSET_M: Final = 3.0
 
 
@@ -236,7 +235,7 @@ class Flight:
     @property
     def is_down(self) -> bool:
         """Whether it stands on the ground where another mode than the mission's brought it down."""
-        return self.landed_in not in _NOT_LANDED_BY
+        return not is_by_mission(self.landed_in)
 
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle."""

@@ -275,19 +275,26 @@ def phase_of(facts: PhaseFacts) -> tuple[RunState, Reason | None]:
 
 
 def final_state(
-    *, mission_done: bool, commanded: RunAction | None, reason: Reason | None, returns_at_end: bool = False
+    *,
+    mission_done: bool,
+    commanded: RunAction | None,
+    reason: Reason | None,
+    returns_at_end: bool = False,
+    broken_off: Reason | None = None,
 ) -> tuple[RunState, Reason | None]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship).
 
     `returns_at_end`: a landing that a user commands on the way is not the mission's end, although its items are done.
+    `broken_off`: see `why_broken_off`.
     """
-    if mission_done and not (returns_at_end and commanded is RunAction.LAND):  # done before anything was commanded
+    is_landed = broken_off is None and not (returns_at_end and commanded is RunAction.LAND)
+    if mission_done and is_landed:  # done before anything was commanded
         return RunState.COMPLETED, reason
     if commanded in (RunAction.RETURN, RunAction.LAND):
         return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=commanded.value)
     if commanded is RunAction.CONTINGENCY:
         return RunState.ABORTED, Reason.of(ReasonCode.RETURNED_AFTER_FAILED_DROP)
-    return RunState.FAILED, reason or Reason.of(ReasonCode.ENDED_EARLY)
+    return RunState.FAILED, broken_off or reason or Reason.of(ReasonCode.ENDED_EARLY)
 
 
 def reason_left_open(last: RunState, reason: Reason | None) -> Reason:

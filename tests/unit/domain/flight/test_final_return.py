@@ -6,8 +6,10 @@ import pytest
 
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
-from app.domain.vehicle.state import FlightMode, LandedState
+from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
 from tests.support.told_flight import Told
+
+HOME = GlobalPosition(47.397742, 8.545594, 488.0)
 
 
 def paused_in_final_return() -> Told:
@@ -99,3 +101,42 @@ def test_a_return_is_nobody_elses_until_the_vehicle_obeys_the_landing_commanded_
     told.see(3.0, mode=FlightMode.LAND)
     told.see(3.0, mode=FlightMode.RETURN)
     assert told.run.reason == Reason.of(ReasonCode.RETURN_BY_OTHERS), "the landing was obeyed before"
+
+
+BY_OTHERS = (FlightMode.LAND, FlightMode.POSITION, FlightMode.DESCEND)
+FAR_AWAY = {"latitude_deg": 47.4, "home": HOME}
+"""250 m from home."""
+
+
+@pytest.mark.parametrize("restarted", [False, True])
+@pytest.mark.parametrize("mode", BY_OTHERS)
+def test_a_return_that_a_failsafe_or_a_pilot_broke_off_is_not_completed(mode: FlightMode, restarted: bool) -> None:
+    told = Told()
+    told.return_at_end()
+    told.see(3.0, mode=mode, landed=LandedState.LANDING, **FAR_AWAY)
+    told.touch_down()
+    if restarted:
+        told.restart()
+        told.see()
+    told.disarm(FlightMode.HOLD)
+    assert told.run.state is RunState.FAILED, "somebody must fetch it"
+    assert told.run.reason == Reason.of(ReasonCode.LANDING_BROKEN_OFF, mode=mode.value)
+
+
+@pytest.mark.parametrize("mode", [FlightMode.LAND, FlightMode.POSITION])
+def test_a_vehicle_that_a_pilot_landed_at_home_has_completed_its_mission(mode: FlightMode) -> None:
+    told = Told()
+    told.return_at_end()
+    told.see(3.0, mode=mode, landed=LandedState.LANDING, home=HOME)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (RunState.COMPLETED, None)
+
+
+def test_a_return_to_a_rally_point_is_the_missions() -> None:
+    told = Told()
+    told.return_at_end()
+    told.see(3.0, landed=LandedState.LANDING, **FAR_AWAY)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (RunState.COMPLETED, None)

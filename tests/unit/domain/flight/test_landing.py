@@ -1,0 +1,79 @@
+"""The landing at a mission's end is the mission's own, or at its place; else somebody must fetch the vehicle."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.flight.landing import why_broken_off
+from app.domain.mission import Mission
+from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
+from app.domain.reasons import Reason, ReasonCode
+from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
+from tests.support.plan_pieces import HOME, RETURN, Json, at, facts, land, plan, takeoff, waypoint
+
+RALLY: Json = {"rally_points": [at(500, 0, relative_altitude_m=20)]}
+WAYS_DOWN = (FlightMode.LAND, FlightMode.POSITION, FlightMode.MANUAL, FlightMode.DESCEND)
+
+
+def mission(end: Json, **more: object) -> Mission:
+    return compiled(plan("multicopter", takeoff(), waypoint(200), end, **more))
+
+
+def compiled(made: Plan) -> Mission:
+    return compile_plan(made, facts(made.vehicle_type.value))
+
+
+def stands(north_m: float) -> VehicleState:
+    return VehicleState(home=HOME, **at(north_m, 0))
+
+
+def broken_off(
+    flown: Mission, mode: FlightMode | None, north_m: float, kind: VehicleType = VehicleType.MULTICOPTER
+) -> bool:
+    why = why_broken_off(flown, mode, stands(north_m), kind)
+    assert why is None or (mode is not None and why == Reason.of(ReasonCode.LANDING_BROKEN_OFF, mode=mode.value))
+    return why is not None
+
+
+@pytest.mark.parametrize("mode", WAYS_DOWN)
+@pytest.mark.parametrize("end", [RETURN, land(50)], ids=["return", "land"])
+def test_another_mode_that_brought_it_down_elsewhere_broke_the_landing_off(end: Json, mode: FlightMode) -> None:
+    assert broken_off(mission(end), mode, 120.0)
+
+
+@pytest.mark.parametrize(("end", "place_m"), [(RETURN, 0.0), (land(50), 50.0)], ids=["return", "land"])
+def test_a_vehicle_that_stands_at_the_place_has_landed_there_whoever_flew_it(end: Json, place_m: float) -> None:
+    assert not broken_off(mission(end), FlightMode.LAND, place_m + 3.0)
+    assert broken_off(mission(end), FlightMode.DESCEND, place_m), "PX4 descends where it does not know its position"
+
+
+def test_each_landing_has_its_own_mode_wherever_it_ends() -> None:
+    assert not broken_off(mission(RETURN), FlightMode.RETURN, 300.0)
+    assert not broken_off(mission(land(50)), FlightMode.MISSION, 300.0)
+    assert broken_off(mission(land(50)), FlightMode.RETURN, 300.0), "a return before the landing"
+
+
+@pytest.mark.parametrize("mode", [None, FlightMode.HOLD, FlightMode.MISSION])
+def test_a_mode_that_says_nothing_breaks_nothing_off(mode: FlightMode | None) -> None:
+    assert not broken_off(mission(RETURN), mode, 120.0)
+
+
+def test_a_rally_point_is_a_place_to_return_to() -> None:
+    assert not broken_off(mission(RETURN, **RALLY), FlightMode.LAND, 497.0)
+    assert broken_off(mission(RETURN), FlightMode.LAND, 497.0)
+
+
+def test_a_fixed_wing_may_be_landed_by_hand_on_the_strip_beside() -> None:
+    made = plan("fixed_wing", takeoff(40, **at(160, 0)), waypoint(400), RETURN)
+    assert not broken_off(compiled(made), FlightMode.MANUAL, 150.0, VehicleType.FIXED_WING)
+    assert broken_off(compiled(made), FlightMode.MANUAL, 250.0, VehicleType.FIXED_WING)
+
+
+def test_a_mission_that_ends_in_the_air_is_landed_by_somebody() -> None:
+    assert not broken_off(mission(waypoint(300)), FlightMode.LAND, 300.0)
+
+
+def test_a_place_that_is_not_known_is_not_taken_for_the_right_one() -> None:
+    unknown = VehicleState()
+    assert why_broken_off(mission(RETURN), FlightMode.LAND, unknown, VehicleType.MULTICOPTER) is not None
