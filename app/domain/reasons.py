@@ -79,10 +79,11 @@ class ReasonCode(StrEnum):
         "a drop failed; the vehicle returned, as the plan specifies",
     )
     ENDED_EARLY = "run.ended_early", "the vehicle ended its flight before the mission was complete"
-    LANDING_BROKEN_OFF = (
-        "run.landing_broken_off",
-        "the vehicle landed in {mode} mode, not where its mission ends",
+    ENDED_EARLY_BECAUSE = (
+        "run.ended_early_because",
+        "the vehicle ended its flight before the mission was complete ({cause})",
     )
+    LANDED_ELSEWHERE = "run.landed_elsewhere", "the vehicle did not land at its destination ({cause})"
     FLOWN_TO_END = "run.flown_to_end", "the mission is complete"
     RUN_ENDED = "run.ended", "the run ended as {state}"
 
@@ -120,6 +121,7 @@ class ReasonCode(StrEnum):
         "the vehicle is in {mode} mode: a failsafe is active; Waydrop sends no commands",
     )
     RETURN_BY_OTHERS = "run.return_by_others", "another client or pilot commanded Return mode"
+    LAND_BY_OTHERS = "run.land_by_others", "another client or pilot commanded Land mode"
     TAKEN_BY_OTHERS = (
         "run.taken_by_others",
         "the vehicle is in {mode} mode: another client or pilot has control; Waydrop sends no commands",

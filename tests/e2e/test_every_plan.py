@@ -35,6 +35,7 @@ OTHERS = {
         ReasonCode.FAILSAFE,
         ReasonCode.FAILSAFE_MODE,
         ReasonCode.VEHICLE_LANDS,
+        ReasonCode.LAND_BY_OTHERS,
     )
 }
 

@@ -12,7 +12,7 @@ from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, consent_event
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
-from app.domain.flight.landing import is_by_mission
+from app.domain.flight.landing import Touchdown
 from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
@@ -177,7 +177,7 @@ class Flight:
     `segment` is the mission that is flown, `progress` the progress in it. `change` is a changed mission that is being
     transferred or may be on board, and `skip_to` its item that the vehicle had reached when the change arrived.
     `target` follows the moving target of the next drop. `last_state` is the vehicle's state at the last observation.
-    `landed_in` is the mode in which it came to stand on the ground; None in the air. `is_on_mission`: it was seen in
+    `touchdown` is how it came to stand on the ground; None in the air. `is_on_mission`: it was seen in
     Mission mode, and since then in that and Hold mode only. `effects` are those of the current step.
     """
 
@@ -201,7 +201,7 @@ class Flight:
     was_armed: bool = False
     last_state: VehicleState | None = None
     landed_at_s: float | None = None
-    landed_in: FlightMode | None = None
+    touchdown: Touchdown | None = None
     is_on_mission: bool = False
     effects: tuple[FlightEffect, ...] = ()
 
@@ -229,19 +229,20 @@ class Flight:
     @property
     def is_in_final_return(self) -> bool:
         """Whether only the return at the mission's end is left. PX4 does not resume it: its mission is finished."""
-        is_current = self.progress.current == self.progress.last_seq
-        return self.segment.mission.ends_with_return and (self.mission_done or is_current)
+        current = self.progress.current  # another station may have made an earlier item current
+        is_last = current == self.progress.last_seq or (current is None and self.mission_done)
+        return self.segment.mission.ends_with_return and is_last
 
     @property
     def is_down(self) -> bool:
         """Whether it stands on the ground where another mode than the mission's brought it down."""
-        return not is_by_mission(self.landed_in)
+        return self.touchdown is not None and not self.touchdown.is_by_mission
 
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle."""
         if state.landed is LandedState.ON_GROUND and self.was_airborne:
-            return self if self.landed_in is not None else replace(self, landed_in=state.mode)
-        return replace(self, landed_in=None) if is_airborne(state) else self
+            return self if self.touchdown is not None else replace(self, touchdown=Touchdown(state, self.run.reason))
+        return replace(self, touchdown=None) if is_airborne(state) else self
 
     def having_driven(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle. What was not seen before the mission was done is not on it."""

@@ -177,8 +177,12 @@ def _why_paused(facts: PhaseFacts) -> Reason:
 
 
 def _why_landing(facts: PhaseFacts) -> Reason:
-    by_command = facts.commanded is RunAction.LAND
-    return Reason.of(ReasonCode.LANDING_AS_ASKED if by_command else ReasonCode.VEHICLE_LANDS)
+    if facts.commanded is RunAction.LAND:
+        return Reason.of(ReasonCode.LANDING_AS_ASKED)
+    if facts.in_failsafe:
+        return Reason.of(ReasonCode.FAILSAFE_MODE, mode=FlightMode.LAND.value)
+    is_by_others = facts.mode_is_settled and not facts.is_unobeyed
+    return Reason.of(ReasonCode.LAND_BY_OTHERS if is_by_others else ReasonCode.VEHICLE_LANDS)
 
 
 def _why_stopped(facts: PhaseFacts) -> Reason:
@@ -214,7 +218,7 @@ def _why_returning(facts: PhaseFacts) -> Reason | None:
 
 
 _HOLD: Final = _in(FlightMode.HOLD)
-_NOT_DOWN: Final = _ANY - {FlightMode.RETURN, FlightMode.LAND}
+_NOT_DOWN: Final = _ANY - {FlightMode.RETURN, FlightMode.LAND, FlightMode.DESCEND}
 _S = RunState
 PHASES: Final[tuple[PhaseRow, ...]] = (
     # disarmed: landed, once a HEARTBEAT has had time to say armed
@@ -280,21 +284,26 @@ def final_state(
     commanded: RunAction | None,
     reason: Reason | None,
     returns_at_end: bool = False,
-    broken_off: Reason | None = None,
+    elsewhere: Reason | None = None,
+    landed_for: Reason | None = None,
 ) -> tuple[RunState, Reason | None]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship).
 
     `returns_at_end`: a landing that a user commands on the way is not the mission's end, although its items are done.
-    `broken_off`: see `why_broken_off`.
+    `elsewhere`: see Touchdown.why_elsewhere; `landed_for`: the reason with which it came down.
     """
-    is_landed = broken_off is None and not (returns_at_end and commanded is RunAction.LAND)
+    is_landed = elsewhere is None and not (returns_at_end and commanded is RunAction.LAND)
     if mission_done and is_landed:  # done before anything was commanded
         return RunState.COMPLETED, reason
+    if elsewhere is not None and commanded is not RunAction.LAND:
+        returned = commanded in (RunAction.RETURN, RunAction.CONTINGENCY)
+        return RunState.ABORTED if returned else RunState.FAILED, elsewhere
     if commanded in (RunAction.RETURN, RunAction.LAND):
         return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=commanded.value)
     if commanded is RunAction.CONTINGENCY:
         return RunState.ABORTED, Reason.of(ReasonCode.RETURNED_AFTER_FAILED_DROP)
-    return RunState.FAILED, broken_off or reason or Reason.of(ReasonCode.ENDED_EARLY)
+    early = ReasonCode.ENDED_EARLY if landed_for is None else ReasonCode.ENDED_EARLY_BECAUSE
+    return RunState.FAILED, reason or Reason.of(early, landed_for)
 
 
 def reason_left_open(last: RunState, reason: Reason | None) -> Reason:

@@ -21,7 +21,6 @@ from app.domain.flight.embedded_release import EmbeddedRelease
 from app.domain.flight.flight import Flight
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import FlightEffect, FlightInput, Observation
-from app.domain.flight.landing import why_broken_off
 from app.domain.flight.phase import PhaseFacts, final_state, is_airborne, is_landing_unsure, phase_of, reason_left_open
 from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
@@ -393,13 +392,17 @@ def _over(flight: Flight, observed: Observation, reason: Reason | None) -> Fligh
         commanded=flight.run.commanded,
         reason=reason,
         returns_at_end=flight.segment.mission.ends_with_return,
-        broken_off=_why_broken_off(flight, observed.state) if flight.mission_done else None,
+        elsewhere=_why_elsewhere(flight),
+        landed_for=None if flight.touchdown is None else flight.touchdown.reason,
     )
     return _end(flight, observed, last, why)
 
 
-def _why_broken_off(flight: Flight, state: VehicleState) -> Reason | None:
-    return why_broken_off(flight.segment.mission, flight.landed_in, state, flight.segment.plan.vehicle_type)
+def _why_elsewhere(flight: Flight) -> Reason | None:
+    if flight.touchdown is None or not flight.segment.mission.items:
+        return None
+    vehicle_type = flight.segment.plan.vehicle_type
+    return flight.touchdown.why_elsewhere(flight.segment.mission, flight.run.commanded, vehicle_type)
 
 
 def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFacts:

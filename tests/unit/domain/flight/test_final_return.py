@@ -6,7 +6,7 @@ import pytest
 
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
-from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
+from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState, MissionState
 from tests.support.told_flight import Told
 
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
@@ -103,24 +103,62 @@ def test_a_return_is_nobody_elses_until_the_vehicle_obeys_the_landing_commanded_
     assert told.run.reason == Reason.of(ReasonCode.RETURN_BY_OTHERS), "the landing was obeyed before"
 
 
-BY_OTHERS = (FlightMode.LAND, FlightMode.POSITION, FlightMode.DESCEND)
 FAR_AWAY = {"latitude_deg": 47.4, "home": HOME}
 """250 m from home."""
+BY_OTHERS = (
+    (FlightMode.LAND, False, Reason.of(ReasonCode.LAND_BY_OTHERS)),
+    (FlightMode.LAND, True, Reason.of(ReasonCode.FAILSAFE_MODE, mode="land")),
+    (FlightMode.POSITION, False, Reason.of(ReasonCode.TAKEN_BY_OTHERS, mode="position")),
+    (FlightMode.DESCEND, True, Reason.of(ReasonCode.FAILSAFE_MODE, mode="descend")),
+)
 
 
 @pytest.mark.parametrize("restarted", [False, True])
-@pytest.mark.parametrize("mode", BY_OTHERS)
-def test_a_return_that_a_failsafe_or_a_pilot_broke_off_is_not_completed(mode: FlightMode, restarted: bool) -> None:
+@pytest.mark.parametrize(("mode", "in_failsafe", "why"), BY_OTHERS)
+def test_a_return_that_a_failsafe_or_a_pilot_broke_off_is_not_completed(
+    mode: FlightMode, in_failsafe: bool, why: Reason, restarted: bool
+) -> None:
     told = Told()
     told.return_at_end()
-    told.see(3.0, mode=mode, landed=LandedState.LANDING, **FAR_AWAY)
+    told.see(4.0, mode=mode, in_failsafe=in_failsafe, landed=LandedState.LANDING, **FAR_AWAY)
     told.touch_down()
     if restarted:
         told.restart()
         told.see()
+    told.see(home=GlobalPosition(47.4, 8.545594, 488.0))  # PX4 moves it there
     told.disarm(FlightMode.HOLD)
     assert told.run.state is RunState.FAILED, "somebody must fetch it"
-    assert told.run.reason == Reason.of(ReasonCode.LANDING_BROKEN_OFF, mode=mode.value)
+    assert told.run.reason == Reason.of(ReasonCode.LANDED_ELSEWHERE, why)
+
+
+@pytest.mark.parametrize("command", [RunAction.RETURN, RunAction.CONTINGENCY])
+def test_a_return_that_was_commanded_and_broken_off_says_so(command: RunAction) -> None:
+    told = Told()
+    told.see()
+    told.command(command)
+    told.see(3.0, mode=FlightMode.RETURN)
+    told.see(4.0, mode=FlightMode.LAND, in_failsafe=True, landed=LandedState.LANDING, **FAR_AWAY)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    because = Reason.of(ReasonCode.FAILSAFE_MODE, mode="land")
+    assert (told.run.state, told.run.reason) == (RunState.ABORTED, Reason.of(ReasonCode.LANDED_ELSEWHERE, because))
+
+
+def test_the_end_of_a_mission_that_was_broken_off_names_its_cause() -> None:
+    told = Told()
+    told.see()
+    told.see(4.0, mode=FlightMode.RETURN, in_failsafe=True)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    because = Reason.of(ReasonCode.FAILSAFE)
+    assert (told.run.state, told.run.reason) == (RunState.FAILED, Reason.of(ReasonCode.ENDED_EARLY_BECAUSE, because))
+
+
+def test_a_mission_that_another_station_begins_anew_is_not_in_its_return_any_more() -> None:
+    told = Told()
+    told.return_at_end()
+    told.see(4.0, mode=FlightMode.MISSION, mission_state=MissionState.ACTIVE, mission_seq=1)
+    assert not told.flight.is_in_final_return, "resumed, it flies the mission"
 
 
 @pytest.mark.parametrize("mode", [FlightMode.LAND, FlightMode.POSITION])

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.flight.landing import why_broken_off
+from app.domain.flight.landing import Touchdown
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import Reason, ReasonCode
+from app.domain.run.run import RunAction
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.plan_pieces import HOME, RETURN, Json, at, facts, land, plan, takeoff, waypoint
 
 RALLY: Json = {"rally_points": [at(500, 0, relative_altitude_m=20)]}
+BECAUSE = Reason.of(ReasonCode.FAILSAFE)
 WAYS_DOWN = (FlightMode.LAND, FlightMode.POSITION, FlightMode.MANUAL, FlightMode.DESCEND)
 
 
@@ -24,15 +26,19 @@ def compiled(made: Plan) -> Mission:
     return compile_plan(made, facts(made.vehicle_type.value))
 
 
-def stands(north_m: float) -> VehicleState:
-    return VehicleState(home=HOME, **at(north_m, 0))
+def stands(north_m: float, mode: FlightMode | None) -> VehicleState:
+    return VehicleState(mode=mode, home=HOME, **at(north_m, 0))
 
 
 def broken_off(
-    flown: Mission, mode: FlightMode | None, north_m: float, kind: VehicleType = VehicleType.MULTICOPTER
+    flown: Mission,
+    mode: FlightMode | None,
+    north_m: float,
+    kind: VehicleType = VehicleType.MULTICOPTER,
+    commanded: RunAction | None = None,
 ) -> bool:
-    why = why_broken_off(flown, mode, stands(north_m), kind)
-    assert why is None or (mode is not None and why == Reason.of(ReasonCode.LANDING_BROKEN_OFF, mode=mode.value))
+    why = Touchdown(stands(north_m, mode), BECAUSE).why_elsewhere(flown, commanded, kind)
+    assert why in (None, Reason.of(ReasonCode.LANDED_ELSEWHERE, BECAUSE))
     return why is not None
 
 
@@ -75,5 +81,14 @@ def test_a_mission_that_ends_in_the_air_is_landed_by_somebody() -> None:
 
 
 def test_a_place_that_is_not_known_is_not_taken_for_the_right_one() -> None:
-    unknown = VehicleState()
-    assert why_broken_off(mission(RETURN), FlightMode.LAND, unknown, VehicleType.MULTICOPTER) is not None
+    unknown = Touchdown(VehicleState(mode=FlightMode.LAND), None)
+    found = unknown.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER)
+    assert found == Reason.of(ReasonCode.LANDED_ELSEWHERE, Reason.of(ReasonCode.VEHICLE_LANDS))
+
+
+@pytest.mark.parametrize("commanded", [RunAction.RETURN, RunAction.CONTINGENCY])
+def test_a_return_that_was_commanded_has_its_destination_too(commanded: RunAction) -> None:
+    ends_in_the_air = mission(waypoint(300))
+    assert broken_off(ends_in_the_air, FlightMode.LAND, 200.0, commanded=commanded)
+    assert not broken_off(ends_in_the_air, FlightMode.LAND, 2.0, commanded=commanded)
+    assert not broken_off(ends_in_the_air, FlightMode.RETURN, 200.0, commanded=commanded)

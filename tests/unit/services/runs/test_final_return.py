@@ -88,7 +88,8 @@ async def test_a_vehicle_that_has_landed_and_disarmed_is_commanded_no_mode(asked
         service.vehicle.put(durations=AGREED)
         await asking
         await service.until_state(RunState.FAILED)
-        assert (service.run.reason, service.vehicle.sent) == (Reason.of(ReasonCode.ENDED_EARLY), sent)
+        because = Reason.of(ReasonCode.ENDED_EARLY_BECAUSE, Reason.of(ReasonCode.FAILSAFE_MODE, mode="other"))
+        assert (service.run.reason, service.vehicle.sent) == (because, sent)
         acks = [event.data for event in service.events.events if isinstance(event.data, RunAck)]
         told = {ack.outcome for ack in acks if ack.command in (RunCommandName.RETURN, RunCommandName.LAND)}
         assert told <= {CommandOutcome.NOT_SENT}, "it is told unless the run was over before"
