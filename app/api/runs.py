@@ -110,6 +110,7 @@ def _time(seconds: float | None) -> str | None:
 
 _PAGED = ("Link", "Content-Disposition")
 _ACTION_ERRORS = (*STORED, *VEHICLE, "state.conflict", "run.wrong_state", "run.not_followed", "vehicle.taken")
+_MODE_ERRORS = (*_ACTION_ERRORS, "vehicle.in_failsafe")
 
 
 @ROUTES.route(
@@ -180,13 +181,13 @@ async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
     return await _command(call, call.services.runs.start)
 
 
-@ROUTES.route("POST", "/runs/{run_id}/pause", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
+@ROUTES.route("POST", "/runs/{run_id}/pause", Role.PILOT, ACCEPTED, errors=_MODE_ERRORS)
 async def pause_run(call: Call[NoQuery, Empty]) -> web.Response:
     """Pause a run: the vehicle holds."""
     return await _command(call, call.services.runs.pause)
 
 
-@ROUTES.route("POST", "/runs/{run_id}/resume", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
+@ROUTES.route("POST", "/runs/{run_id}/resume", Role.PILOT, ACCEPTED, errors=_MODE_ERRORS)
 async def resume_run(call: Call[NoQuery, Empty]) -> web.Response:
     """Resume a paused run."""
     return await _command(call, call.services.runs.resume)

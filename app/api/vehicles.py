@@ -38,7 +38,9 @@ async def get_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(call.services.fleet.view(call.path_value("vehicle_id")))
 
 
-@ROUTES.route("POST", "/vehicles/{vehicle_id}/hold", Role.PILOT, _ACCEPTED, errors=_COMMAND_ERRORS)
+@ROUTES.route(
+    "POST", "/vehicles/{vehicle_id}/hold", Role.PILOT, _ACCEPTED, errors=(*_COMMAND_ERRORS, "vehicle.in_failsafe")
+)
 async def hold_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """Hold position (Hold mode)."""
     return await _command(call, call.services.commands.hold)

@@ -40,6 +40,10 @@ class VehicleTakenError(ConflictError, code="vehicle.taken"):
     """
 
 
+class VehicleInFailsafeError(ConflictError, code="vehicle.in_failsafe"):
+    """A failsafe holds the vehicle, perhaps before it acts. PX4 gives it up for any mode that is commanded then."""
+
+
 class VehicleQuarantinedError(ConflictError, code="vehicle.quarantined"):
     """Two vehicles use the same system ID. A command could reach the wrong one, so none is sent."""
 

@@ -14,6 +14,7 @@ from app.domain.errors import (
     LinkError,
     LinkTimeoutError,
     StorageError,
+    VehicleInFailsafeError,
     VehicleRefusedError,
     WaydropError,
 )
@@ -53,13 +54,27 @@ async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaita
             return
 
 
+def refuse_amid_failsafe(state: VehicleState) -> None:
+    """PX4 holds for COM_FAIL_ACT_T (5 s) before a failsafe acts. Any mode that is commanded in that time cancels it: a
+    vehicle with an empty battery flew its mission on (flown). Return and Land are ways out, and are not refused.
+
+    Raises VehicleInFailsafeError.
+    """
+    if state.in_failsafe and state.mode is FlightMode.HOLD and state.armed is not False:
+        raise VehicleInFailsafeError(
+            "not sent: a failsafe holds the vehicle and may be about to act; this command would cancel it",
+            hint="wait until it acts or is over; or command return or land",
+        )
+
+
 async def hold_here(link: VehicleLink) -> None:
     """Enter Hold mode, confirmed. A fixed wing in Hold would fly on to its last commanded point: it is commanded to
     circle here.
 
     Raises:
-        VehicleRefusedError, LinkError.
+        VehicleInFailsafeError, VehicleRefusedError, LinkError.
     """
+    refuse_amid_failsafe(link.state())
     may_fly_on = _flies_as_wing_in_hold(link, link.state())
     await link.hold()
     if may_fly_on and not link.state().in_failsafe:

@@ -66,6 +66,15 @@ async def test_what_the_vehicle_answers_is_told_as_it_is(
         assert problem["result"] == "DENIED"
 
 
+async def test_hold_is_not_sent_while_a_failsafe_holds_before_it_acts(service: Service) -> None:
+    """PX4 would give the failsafe up."""
+    service.links[0].change(armed=True, mode=FlightMode.HOLD, in_failsafe=True)
+    status, _, problem = await service.call("POST", f"/api/v1/vehicles/{service.v1}/hold")
+    assert (status, problem["code"]) == (409, "vehicle.in_failsafe")
+    status, _, _ = await service.call("POST", f"/api/v1/vehicles/{service.v1}/land")
+    assert status == 202, "a way out"
+
+
 async def quarantined(service: Service) -> None:
     service.links[0].change(armed=True, mode=FlightMode.MISSION)
     service.links[0].emit(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))

@@ -143,7 +143,10 @@ async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Respon
     "/vehicles/{vehicle_id}/offboard/enter",
     Role.PILOT,
     Answer(200, "The vehicle is in OFFBOARD mode", EntryView),
-    errors=(*_LEASE, *NEW_WORK, "offboard.not_ready", "offboard.audit_failed", *_RUN, *_LINK),
+    errors=(
+        *(*_LEASE, *NEW_WORK, *_RUN, *_LINK),
+        *("offboard.not_ready", "offboard.audit_failed", "vehicle.in_failsafe"),
+    ),
 )
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     """Enter offboard control: Hold mode, one second of setpoints, then OFFBOARD mode."""

@@ -41,6 +41,7 @@ from app.services.offboard.rate_loop import RateLoop
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author, SetpointFlow, SetpointSource
 from app.services.runs import Runs
+from app.services.vehicle_commands import refuse_amid_failsafe
 from app.services.views import ControlMethodName, LeaseView, OffboardView
 
 Destination = Literal["hold", "mission", "return"]
@@ -240,6 +241,7 @@ class OffboardControl:
             entries = await self._check_entry(sticks_held)
             self._feed(inputs.EntryProgressed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
+            refuse_amid_failsafe(self.link.state())
             await (self.link.hold() if run is None else self._runs.pause(run.id))
             await until_no_failsafe(self.link, self.settings.calm_s)
             if self.control_method is ControlMethod.COMMANDS:

@@ -52,7 +52,7 @@ from app.services.runs.prepare import Preparation
 from app.services.runs.recorder import FlightInputLog, RunRecorder
 from app.services.runs.settings import RunSettings
 from app.services.targets import Targets
-from app.services.vehicle_commands import hold_here
+from app.services.vehicle_commands import hold_here, refuse_amid_failsafe
 
 log = structlog.get_logger(__name__)
 WAITING_FACTS: Final = 1024
@@ -204,13 +204,16 @@ class RunFlight:
         return False
 
     async def pause(self) -> None:
-        """Enter Hold mode. Raises WrongStateError, LinkError."""
+        """Enter Hold mode. Raises WrongStateError, VehicleInFailsafeError, LinkError."""
+        self._require_in_flight(RunAction.PAUSE)
+        refuse_amid_failsafe(self._link.state())
         await self.act(RunAction.PAUSE, lambda: hold_here(self._link))
 
     async def resume(self) -> None:
         """Mission mode again, at the item where it was; Return mode if only the return at the mission's end is left.
 
-        Raises WrongStateError, ChangeUnderWayError, ConflictError, VehicleTakenError, LinkError.
+        Raises WrongStateError, ChangeUnderWayError, VehicleTakenError, VehicleInFailsafeError, ConflictError,
+        LinkError.
         """
         if self._monitor.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
@@ -218,6 +221,7 @@ class RunFlight:
             raise ChangeUnderWayError(
                 "a mission change is in progress", hint="wait until it is known which mission is on board"
             )
+        refuse_amid_failsafe(self._link.state())
         mode = self._link.state().mode
 
         async def fly_on() -> None:
@@ -231,6 +235,7 @@ class RunFlight:
                 raise ConflictError("the vehicle is disarmed on the ground", hint="wait until the run has ended")
             if now.mode not in (mode, FlightMode.HOLD, FlightMode.RETURN if returns else FlightMode.MISSION):
                 raise taken_meanwhile(now.mode)
+            refuse_amid_failsafe(now)
             await (self._link.return_to_launch() if returns else self._link.start_mission())
 
         await self.act(RunAction.RESUME, fly_on)

@@ -9137,7 +9137,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle; `vehicle.in_failsafe`: Failsafe active */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10851,7 +10851,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `cluster.site_taken`: Another gateway has this site; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `offboard.lease_lost`: Lease not held; `cluster.site_taken`: Another gateway has this site; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `vehicle.in_failsafe`: Failsafe active */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14752,7 +14752,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `vehicle.in_failsafe`: Failsafe active */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14920,7 +14920,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `vehicle.in_failsafe`: Failsafe active */
             409: {
                 headers: {
                     [name: string]: unknown;

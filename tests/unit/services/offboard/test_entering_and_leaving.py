@@ -13,6 +13,7 @@ from app.domain.errors import (
     LeaseLostError,
     OffboardNotReadyError,
     SetpointRefusedError,
+    VehicleInFailsafeError,
     VehicleRefusedError,
 )
 from app.domain.offboard.state import OffboardState
@@ -65,6 +66,14 @@ async def test_a_vehicle_that_is_not_ready_is_not_entered_and_nothing_is_sent(
         with pytest.raises(OffboardNotReadyError, match=reason):
             await quad.enter()
         assert (quad.control.state, quad.vehicle.sent, quad.sent) == (OffboardState.LEASED, [], [])
+
+
+async def test_a_failsafe_that_holds_before_it_acts_is_not_cancelled_by_another_hold() -> None:
+    async with controlled_vehicle(mode=FlightMode.HOLD, in_failsafe=True) as quad:
+        quad.take()
+        with pytest.raises(VehicleInFailsafeError):
+            await quad.enter()
+        assert (quad.vehicle.sent, quad.sent) == ([], [])
 
 
 async def test_a_failsafe_ends_by_the_hold_that_is_commanded_or_the_vehicle_is_not_entered() -> None:

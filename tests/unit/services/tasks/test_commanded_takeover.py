@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from app.domain.errors import LinkTimeoutError, WaydropError
+from app.domain.errors import LinkTimeoutError, VehicleInFailsafeError, WaydropError
 from app.domain.mission import MavCmd
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import describe
@@ -112,14 +112,19 @@ async def test_the_last_word_is_not_said_again_by_a_process_that_stood_still(mon
         assert wing.vehicle.orders == [CIRCLE_HERE]
 
 
-@pytest.mark.parametrize(("mode", "in_failsafe"), [(FlightMode.MISSION, False), (FlightMode.HOLD, True)])
-async def test_hold_is_the_mode_alone_for_a_wing_in_another_mode_or_in_a_failsafe(
-    mode: FlightMode, in_failsafe: bool
-) -> None:
+async def test_hold_is_the_mode_alone_for_a_wing_in_another_mode() -> None:
     async with plane() as wing:
-        wing.vehicle.put(mode=mode, in_failsafe=in_failsafe)
+        wing.vehicle.put(mode=FlightMode.MISSION)
         await hold_here(wing.vehicle)
         assert (wing.vehicle.sent[-1], wing.vehicle.orders) == ("hold", [])
+
+
+async def test_a_wing_that_a_failsafe_holds_before_it_acts_is_commanded_nothing() -> None:
+    async with plane() as wing:
+        wing.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True)
+        with pytest.raises(VehicleInFailsafeError):
+            await hold_here(wing.vehicle)
+        assert ("hold" in wing.vehicle.sent, wing.vehicle.orders) == (False, [])
 
 
 async def test_hold_is_the_mode_alone_for_what_hovers() -> None:
