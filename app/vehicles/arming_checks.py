@@ -18,6 +18,13 @@ _RECENT_S: Final = 10.0
 """Texts of a firmware that sends no summary count for so long."""
 _KEPT: Final = 32
 _PREFIX: Final = "Preflight"
+_FAILS: Final = "Preflight Fail"
+"""The same text without the word is a warning: PX4 arms all the same."""
+
+
+def is_of_check(text: str) -> bool:
+    """Whether a STATUSTEXT is of the health report, not of what was commanded or uploaded."""
+    return text.startswith(_PREFIX)
 
 
 class _Text(NamedTuple):
@@ -44,8 +51,8 @@ class ArmingChecks:
         self._checks[reason.text.text] = reason
 
     def add_text(self, text: str, at_s: float) -> None:
-        """A STATUSTEXT; those of checks count."""
-        if text.startswith(_PREFIX):
+        """A STATUSTEXT; those of checks that fail count."""
+        if text.startswith(_FAILS):
             self._texts = [*(known for known in self._texts if known.text != text), _Text(text, at_s)][-_KEPT:]
 
     def failing(self, mode: FlightMode, now_s: float) -> tuple[str, ...]:

@@ -86,7 +86,8 @@ class CommandSender:
         ack = await self.result(request, on_sent)
         if ack.result is MavResult.ACCEPTED:
             return
-        texts = await self._texts.await_reasons(since_s, window_s=text_window_s)
+        but = None if mode is None else Topic.HEALTH  # of those, only what fails for the mode
+        texts = await self._texts.await_reasons(since_s, window_s=text_window_s, but=but)
         if mode is not None:
             texts = tuple(dict.fromkeys((*texts, *self._texts.failing_checks(mode))))
         raise VehicleRefusedError(

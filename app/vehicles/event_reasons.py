@@ -2,7 +2,7 @@
 
 PX4 names an event by a hash and keeps the words in metadata that a ground station must fetch. These few say why a
 mission was not accepted, why the vehicle does not arm or why a failsafe acts; recorded from PX4 v1.18 (main, 2026-08),
-the words as in its source. Others are left out: most arming checks are said as a STATUSTEXT too ("Preflight: ...").
+the words as in its source. Others are left out: most arming checks are said as a STATUSTEXT too ("Preflight Fail: ").
 """
 
 from __future__ import annotations
@@ -68,8 +68,9 @@ _CHECKS: Final = {
     28241790: _error("No offboard signal"),
     31421834: _error("Maximum flight time reached"),
     22481569: _error("Arm authorization denied"),
+    21826980: _critical("Low battery"),
 }
-"""Arming checks that no STATUSTEXT says."""
+"""Arming checks that no STATUSTEXT says, or one without a mark that it is of a check."""
 _SUMMARY: Final = 27825120
 _MODES_BYTES: Final = 4
 _ALL_MODES: Final = 0xFFFFFFFF

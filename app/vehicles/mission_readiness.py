@@ -12,7 +12,7 @@ from typing import Final
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MissionType
-from app.domain.vehicle.state import MissionState
+from app.domain.vehicle.state import FlightMode, MissionState
 from app.vehicles.decoders import MissionCurrentReport
 from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
@@ -96,11 +96,15 @@ class MissionReadiness:
 
     def _refuse(self, report: MissionCurrentReport, upload: UploadRecord | None, since_s: float) -> None:
         texts = self._texts.reasons_since(upload.started_s if upload else since_s, but=Topic.HEALTH)
-        why = "; ".join(texts) or "the vehicle reported no reason"
+        checks = () if texts else self._texts.failing_checks(FlightMode.MISSION)
+        why = "; ".join(texts or checks) or "the vehicle reported no reason"
+        hint = "correct the plan; the vehicle will not start this mission"
+        if checks:
+            hint = "resolve what its health checks report, then create the run again"
         raise VehicleRefusedError(
             f"the vehicle reported the mission as infeasible: {why}",
-            hint="correct the plan; the vehicle will not start this mission",
-            texts=texts,
+            hint=hint,
+            texts=texts or checks,
             mission_state=mission_state(report).value,
         )
 

@@ -12,7 +12,7 @@ from typing import Final
 from app.domain.text import one_line
 from app.domain.vehicle.facts import MavSeverity, StatusText
 from app.domain.vehicle.state import FlightMode
-from app.vehicles.arming_checks import ArmingChecks
+from app.vehicles.arming_checks import ArmingChecks, is_of_check
 from app.vehicles.decoders import EventReport, StatusTextChunk
 from app.vehicles.event_reasons import Topic, begins_report, reason_of
 
@@ -92,7 +92,7 @@ class StatusTexts:
         return self._checks.failing(mode, time.monotonic())
 
     def _add(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
-        """Keep and emit; the topic of a STATUSTEXT is not known."""
+        """Keep and emit; the topic of most STATUSTEXTs is not known."""
         if text.severity in _REASON_SEVERITIES:
             self._kept.append((received_s, text, topic))
             self._arrived.set()
@@ -140,4 +140,5 @@ class StatusTexts:
         clean = one_line(text).strip()
         if clean:
             self._checks.add_text(clean, received_s)
-            self._add(StatusText(severity=known, text=clean), received_s)
+            topic = Topic.HEALTH if is_of_check(clean) else None
+            self._add(StatusText(severity=known, text=clean), received_s, topic)

@@ -148,9 +148,11 @@ async def test_a_refused_arming_is_explained_by_the_checks_that_fail_and_not_by_
     vehicle = Armed(obeys=1, results=[TEMPORARILY_REJECTED])
     for event_id, modes in ((28241790, 0x4000), (30612409, 0x7E00FC)):
         vehicle.texts.take_event(EventReport(event_id, modes.to_bytes(4, "little")), time.monotonic())
-    vehicle.texts.take(StatusTextChunk(4, "Preflight: GPS fix too low", 0, 0), time.monotonic())
+    vehicle.texts.take(StatusTextChunk(2, "Preflight Fail: GPS fix too low", 0, 0), time.monotonic())
+    vehicle.texts.take(StatusTextChunk(4, "Preflight: Strong magnetic interference", 0, 0), time.monotonic())
     arming = asyncio.create_task(vehicle.arming.arm(lambda: None))
     await asyncio.sleep(0)
+    vehicle.texts.take(StatusTextChunk(4, "Preflight: Strong magnetic interference", 0, 0), math.inf)
     vehicle.texts.take(StatusTextChunk(2, "Arming denied: Resolve system health failures first", 0, 0), math.inf)
     vehicle.beat(armed=False)
     with pytest.raises(VehicleRefusedError) as refused:
@@ -158,9 +160,9 @@ async def test_a_refused_arming_is_explained_by_the_checks_that_fail_and_not_by_
     assert refused.value.extra["texts"] == (
         "Arming denied: Resolve system health failures first",
         "Navigation error: No valid position estimate",
-        "Preflight: GPS fix too low",
+        "Preflight Fail: GPS fix too low",
     )
-    assert refused.value.detail.endswith("No valid position estimate; Preflight: GPS fix too low")
+    assert refused.value.detail.endswith("No valid position estimate; Preflight Fail: GPS fix too low")
 
 
 async def test_a_vehicle_that_stays_armed_is_told() -> None:

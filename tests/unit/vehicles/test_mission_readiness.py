@@ -11,7 +11,7 @@ from typing import cast
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
-from app.vehicles.decoders import EventReport, GlobalPositionInt, Heartbeat, MissionCurrentReport
+from app.vehicles.decoders import EventReport, GlobalPositionInt, Heartbeat, MissionCurrentReport, StatusTextChunk
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
@@ -129,3 +129,15 @@ async def test_an_infeasible_mission_is_explained_by_what_is_about_the_mission_a
         await waiting
     assert refused.value.extra["texts"] == ("Mission rejected: takeoff is not the first waypoint item",)
     assert "No offboard signal" not in refused.value.detail
+
+
+async def test_a_mission_that_only_the_vehicles_health_makes_infeasible_is_no_fault_of_the_plan() -> None:
+    vehicle = Waiting(armed=False)
+    vehicle.texts.take_event(EventReport(30612409, (1 << 3).to_bytes(4, "little")), time.monotonic())
+    vehicle.texts.take(StatusTextChunk(4, "Preflight: Strong magnetic interference", 0, 0), time.monotonic())
+    waiting = vehicle.begin()
+    await vehicle.report(30.0, NO_MISSION)
+    with pytest.raises(VehicleRefusedError) as refused:
+        await waiting
+    assert refused.value.extra["texts"] == ("Navigation error: No valid position estimate",)
+    assert "health checks" in refused.value.hint

@@ -130,16 +130,17 @@ def test_a_check_is_told_only_where_a_delivery_or_the_present_mode_needs_it() ->
 def test_the_checks_that_fail_now_are_those_of_the_newest_report_and_its_texts() -> None:
     """As recorded: a report when it changes, its STATUSTEXT just before or just after, and none with the refusal."""
     texts = StatusTexts(lambda text: None)
-    texts.take(chunk("Preflight: GPS fix too low", 4), 5.0)
+    texts.take(chunk("Preflight Fail: GPS fix too low", 4), 5.0)
     texts.take_event(check(SUMMARY), 5.001)
     texts.take_event(check(NO_OFFBOARD_SIGNAL, 0x4000), 5.002)
     texts.take_event(check(NO_LOCAL_POSITION, 0x7E00FC), 5.003)
-    texts.take(chunk("Preflight: Compass not calibrated", 2), 5.004)
+    texts.take(chunk("Preflight Fail: Compass not calibrated", 2), 5.004)
+    texts.take(chunk("Preflight: Strong magnetic interference", 4), 5.005)  # a warning: it arms all the same
     texts.take(chunk("Arming denied: Resolve system health failures first", 2), 9.0)
     assert texts.failing_checks(FlightMode.HOLD) == (
         "Navigation error: No valid position estimate",
-        "Preflight: GPS fix too low",
-        "Preflight: Compass not calibrated",
+        "Preflight Fail: GPS fix too low",
+        "Preflight Fail: Compass not calibrated",
     )
     assert texts.failing_checks(FlightMode.OFFBOARD)[0] == "No offboard signal"
     texts.take_event(check(SUMMARY), 20.0)
