@@ -306,6 +306,7 @@ class TerminalView:
         )
         self._task: TaskID | None = None
         self._shown: dict[object, object] = {}
+        self._flown_to: set[str | None] = set()
 
     def __enter__(self) -> Self:
         return self
@@ -342,7 +343,9 @@ class TerminalView:
             self._console.print(f"[bold red]not achieved[/] {escape(reason)}")
 
     def _is_shown(self, event: Event) -> bool:
-        """Whether only fields of a run or drop changed that other events report."""
+        """Whether only fields of a run or drop changed that other events report, or a part of an item was reached."""
+        if isinstance(event.data, events.RunItem):
+            return self._is_part(event.data)
         state: tuple[object, ...]
         if isinstance(event.data, events.RunChanged):
             about, state = "run", (event.data.root.state, event.data.root.reason)
@@ -355,6 +358,15 @@ class TerminalView:
         before = self._shown.get(about)
         self._shown[about] = state
         return state == before
+
+    def _is_part(self, item: events.RunItem) -> bool:
+        """A plan item may be several mission items. PX4 reports some as reached before it flies to the place."""
+        if item.phase == "current":
+            self._flown_to.add(item.item_id)
+            return False
+        is_whole = item.item_id in self._flown_to
+        self._flown_to.discard(item.item_id)
+        return not is_whole
 
     def _upload(self, step: events.RunUploadProgress) -> None:
         again = "" if step.attempt == 1 else f", attempt {step.attempt}"

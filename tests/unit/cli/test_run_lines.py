@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import pytest
+import io
 
-from app.cli.run_view import run_line
+import pytest
+from rich.console import Console
+
+from app.cli.run_view import TerminalView, run_line
 from app.domain.drop.consent import ConsentState
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
-from app.domain.events.run import DropConsentAsked, DropConsentClosed, RunDrop
+from app.domain.events.run import DropConsentAsked, DropConsentClosed, RunDrop, RunItem
 from app.domain.events.service import SimulatorFault
 from tests.support.scripted_service import event
 
@@ -55,3 +58,17 @@ def test_an_ack_alone_is_told_as_a_warning_and_so_is_a_gripper_without_an_output
     waiting = run_line(event(1, RunDrop(pending)))
     assert waiting is not None
     assert "no output is assigned to the gripper" in waiting.plain
+
+
+def test_an_item_is_reached_after_the_vehicle_flew_to_it_and_once() -> None:
+    """As flown: the speed change of `door` is reached while the vehicle is at `east`, each visit of a loop counts."""
+    written = io.StringIO()
+    view = TerminalView(Console(file=written, width=100))
+    told = (
+        *(("current", 2, "east"), ("reached", 2, "east"), ("reached", 3, "door"), ("current", 4, "door")),
+        *(("reached", 4, "door"), ("reached", 4, "door"), ("current", 2, "east"), ("reached", 2, "east")),
+    )
+    for number, (phase, seq, item_id) in enumerate(told, start=1):
+        view.event(event(number, RunItem.model_validate({"phase": phase, "seq": seq, "item_id": item_id})))
+    lines = [line.split(" ", 1)[1] for line in written.getvalue().splitlines()]
+    assert lines == ["flies to east", "reached east", "flies to door", "reached door", "flies to east", "reached east"]
