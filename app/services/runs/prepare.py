@@ -34,6 +34,7 @@ from app.domain.flight.modes import (
     disarmed_by_others,
     disarmed_meanwhile,
     hold_hint,
+    taken_meanwhile,
 )
 from app.domain.mission import NAN, MavCmd, Mission, MissionType
 from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
@@ -327,8 +328,8 @@ class Preparation:
         if state.mode is FlightMode.HOLD:
             return
         self.may_fly = False  # not ours any more, and so not ours to disarm
-        if state.armed:
-            raise armed_by_others("the vehicle", state.mode)
+        if state.armed:  # by this start: whoever switched the mode took it
+            raise taken_meanwhile(state.mode)
         raise disarmed_by_others(state.mode, hold_hint(self._monitor.run.vehicle_id))
 
     def _because_of_mode(self, error: LinkError) -> LinkError:

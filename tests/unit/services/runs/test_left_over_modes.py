@@ -138,7 +138,7 @@ async def test_a_mode_that_changes_while_it_is_armed_is_a_pilots_and_no_mission_
         service.vehicle.arm = arm  # type: ignore[method-assign, assignment]
         await service.create()
         await service.until_state(RunState.FAILED)
-        assert "is armed in POSITION mode, not by this start" in describe(service.run.reason)
+        assert "is now in POSITION mode: a pilot" in describe(service.run.reason)
         assert not {"start", "disarm"} & set(service.vehicle.sent)
 
 
