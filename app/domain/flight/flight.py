@@ -312,8 +312,11 @@ class Flight:
         consent = consent_event(record.plan_item_id, before.consent, record.consent)
         return (flight if consent is None else flight.recording(consent)).recording(RunDrop(record))
 
-    def with_release(self, observed: Observation, release: Release) -> Flight:
-        """Return the flight with this drop; a supervised drop that has ended counts as flown."""
+    def with_release(self, observed: Observation, release: Release, *, at_end: bool = False) -> Flight:
+        """Return the flight with this drop; a supervised drop that has ended counts as flown.
+
+        `at_end`: the run closes it. Then it only counts if the vehicle was there, not if it was on the way.
+        """
         record = release.record
         was_over = self.run.drop(record.plan_item_id).phase is DropPhase.DONE
         flight = replace(self, segment=self.segment.having(release)).with_record(observed, record)
@@ -321,7 +324,9 @@ class Flight:
         at_hold = current is not None and current >= min(hold_seqs)
         if record.alternate_to is not None:  # the mission may have passed it without a visit
             at_hold = current in hold_seqs
-        if not (release.is_over and not was_over and release.compiled.supervised and at_hold):
+        was_there = record.attempts > 0 or flight.progress.passed_to >= max(hold_seqs)
+        counts = at_hold and (was_there or not at_end)
+        if not (release.is_over and not was_over and release.compiled.supervised and counts):
             return flight
         flown = flight.progress.also_flown(record.plan_item_id, through_seq=max(hold_seqs))
         return flight.with_progress(observed, flown)

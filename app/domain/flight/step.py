@@ -468,7 +468,7 @@ def _end(flight: Flight, observed: Observation, state: RunState, reason: Reason 
     for release in flight.segment.releases:
         if not release.is_over:
             left_open = reason_left_open(state, reason)
-            flight = flight.with_release(observed, release.ended(left_open, observed.now_s))
+            flight = flight.with_release(observed, release.ended(left_open, observed.now_s), at_end=True)
     return flight.with_run(observed, item_id=None).in_state(observed, state, reason)
 
 

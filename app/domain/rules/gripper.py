@@ -68,13 +68,13 @@ def _winch_is_executed(context: RuleContext) -> Iterator[Violation]:
 
 @rules.warning(
     "winch.supervised",
-    "PX4 answers the command DO_WINCH with UNSUPPORTED, so a supervised drop would end as unknown.",
-    "PX4 main.",
+    "PX4 does not answer the command DO_WINCH, so a supervised drop would end as unknown.",
+    "PX4 main; flown.",
 )
 def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
     for drop in () if context.autopilot.commands_winch else context.drops:
         if isinstance(drop.item, Winch) and drop.supervised:
-            message = f"{context.autopilot.name} rejects winch commands outside the mission as UNSUPPORTED"
+            message = f"{context.autopilot.name} does not answer winch commands outside the mission"
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 

@@ -7,6 +7,7 @@ import pytest
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState, MissionState
+from tests.support.flown_flights import DROP
 from tests.support.told_flight import Told
 
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
@@ -178,3 +179,15 @@ def test_a_return_to_a_rally_point_is_the_missions() -> None:
     told.touch_down()
     told.disarm(FlightMode.HOLD)
     assert (told.run.state, told.run.reason) == (RunState.COMPLETED, None)
+
+
+def test_a_drop_that_the_vehicle_was_only_on_its_way_to_is_not_flown() -> None:
+    told = Told()
+    told.see()
+    told.see(mission_seq=min(DROP.hold_seqs))
+    told.see(3.0, mode=FlightMode.RETURN)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    assert told.run.is_over
+    assert DROP.plan_item_id not in told.run.flown_item_ids
+    assert told.flight.segment.mission.plan_item_of[min(DROP.hold_seqs)] not in told.run.flown_item_ids
