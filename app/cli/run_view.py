@@ -307,6 +307,7 @@ class TerminalView:
         self._task: TaskID | None = None
         self._shown: dict[object, object] = {}
         self._flown_to: set[str | None] = set()
+        self._seen_current = False
 
     def __enter__(self) -> Self:
         return self
@@ -363,8 +364,9 @@ class TerminalView:
         """A plan item may be several mission items. PX4 reports some as reached before it flies to the place."""
         if item.phase == "current":
             self._flown_to.add(item.item_id)
+            self._seen_current = True
             return False
-        is_whole = item.item_id in self._flown_to
+        is_whole = item.item_id in self._flown_to or not self._seen_current
         self._flown_to.discard(item.item_id)
         return not is_whole
 

@@ -187,6 +187,14 @@ class Mission:
         """Whether its last item is the return to launch."""
         return bool(self.items) and self.is_return(len(self.items) - 1)
 
+    @property
+    def ends_with_landing(self) -> bool:
+        """Whether its last item is a landing at a place."""
+        return bool(self.items) and self.items[-1].command in LANDINGS
+
+
+LANDINGS: Final = frozenset({MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
+
 
 def mission_hash(mission: Mission) -> str:
     """SHA-256 (hex) of mission, fence and rally points, each item packed as the fields of MISSION_ITEM_INT,

@@ -121,7 +121,10 @@ class ReasonCode(StrEnum):
         "the vehicle is in {mode} mode: a failsafe is active; Waydrop sends no commands",
     )
     RETURN_BY_OTHERS = "run.return_by_others", "another client or pilot commanded Return mode"
-    LAND_BY_OTHERS = "run.land_by_others", "another client or pilot commanded Land mode"
+    LAND_BY_OTHERS = (
+        "run.land_by_others",
+        "a pilot, another client or the autopilot commanded Land mode",
+    )
     TAKEN_BY_OTHERS = (
         "run.taken_by_others",
         "the vehicle is in {mode} mode: another client or pilot has control; Waydrop sends no commands",

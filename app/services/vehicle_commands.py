@@ -30,6 +30,8 @@ from app.services.journal import Journal
 from app.services.views import VehicleView
 
 ATTEMPTS: Final = 3
+FAILSAFE_ACTS_S: Final = 8.0
+"""COM_FAIL_ACT_T is 5 s by default, and HEARTBEAT comes once a second."""
 
 
 async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:
@@ -56,14 +58,16 @@ async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaita
 
 def refuse_amid_failsafe(state: VehicleState) -> None:
     """PX4 holds for COM_FAIL_ACT_T (5 s) before a failsafe acts. Any mode that is commanded in that time cancels it: a
-    vehicle with an empty battery flew its mission on (flown). Return and Land are ways out, and are not refused.
+    vehicle with an empty battery flew its mission on (flown). Return and Land are ways out, and are not refused, and
+    a Hold that lasts longer is all that the failsafe does.
 
     Raises VehicleInFailsafeError.
     """
-    if state.in_failsafe and state.mode is FlightMode.HOLD and state.armed is not False:
+    delay_s = state.failsafe_delay_s
+    if delay_s is not None and delay_s < FAILSAFE_ACTS_S and state.armed is not False:
         raise VehicleInFailsafeError(
             "not sent: a failsafe holds the vehicle and may be about to act; this command would cancel it",
-            hint="wait until it acts or is over; or command return or land",
+            hint=f"wait until it acts, at most {FAILSAFE_ACTS_S:g} s; or command return or land",
         )
 
 

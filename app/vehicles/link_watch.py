@@ -275,7 +275,7 @@ class LinkWatch:
         """When the vehicle was heard again after its last silence, or first (monotonic)."""
         self.gripper: GripperChannel | None = None
         inbox.on(Heartbeat, self._heartbeat)
-        inbox.on(CurrentMode, lambda message, _: self._emit(measurements.take_mode(message)))
+        inbox.on(CurrentMode, lambda message, at_s: self._emit(measurements.take_mode(message, at_s)))
         inbox.on(ExtendedSysState, lambda message, at_s: self._emit(measurements.take_system(message, at_s)))
         inbox.on(GlobalPositionInt, self._position)
         inbox.on(SystemTime, lambda message, at_s: self._sample(message.time_boot_ms, at_s))

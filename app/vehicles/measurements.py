@@ -90,6 +90,7 @@ class Measurements:
         self.in_failsafe = message.system_status == _CRITICAL
         if not self.in_failsafe:
             self._intend(self.mode)
+        self._time_failsafe(received_s)
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
@@ -97,7 +98,7 @@ class Measurements:
         )
         return None if same else StateChanged()
 
-    def take_mode(self, message: CurrentMode) -> LinkFact | None:
+    def take_mode(self, message: CurrentMode, received_s: float) -> LinkFact | None:
         """CURRENT_MODE: the mode, sooner than the next HEARTBEAT.
 
         A mode that is not the intended one was chosen by a failsafe (PX4: nav_state beside nav_state_user_intention).
@@ -112,7 +113,13 @@ class Measurements:
                 self.in_failsafe = (
                     chosen and self.mode is not FlightMode.OTHER
                 )  # which a mode executor shows as its own
+        self._time_failsafe(received_s)
         return None if before is self.mode else StateChanged()
+
+    def _time_failsafe(self, received_s: float) -> None:
+        """A pause while a mere warning is active is no hold of a failsafe: there Hold is the intended mode."""
+        holds = self.in_failsafe and self.mode is FlightMode.HOLD and self.intended_mode is not FlightMode.HOLD
+        self.steadiness.failsafe_delay.observe(holds, received_s)
 
     def _intend(self, mode: FlightMode) -> None:
         self.intended_mode = mode
@@ -243,6 +250,7 @@ class Measurements:
             gripper_output_age_s=_age(self.gripper.heard_s, now_s),
             gripper_output_newest_us=self.gripper.newest_us,
             durations=self.steadiness.durations(),
+            failsafe_delay_s=self.steadiness.failsafe_delay_s,
             **self.reported,
         )
 

@@ -48,6 +48,7 @@ class Steadiness:
     on_ground: Span = field(default_factory=Span)
     at_rest: Span = field(default_factory=Span)
     mission_current: Span = field(default_factory=Span)
+    failsafe_delay: Span = field(default_factory=Span)
     _mission: MissionCurrentReport | None = None
 
     def heartbeat(self, message: Heartbeat, at_s: float) -> None:
@@ -65,6 +66,11 @@ class Steadiness:
             self.mission_current.observe(False, at_s)
             self._mission = message
         self.mission_current.observe(True, at_s)
+
+    @property
+    def failsafe_delay_s(self) -> float | None:
+        """See VehicleState."""
+        return None if self.failsafe_delay.first_s is None else self.failsafe_delay.length_s
 
     def durations(self) -> SignalDurations:
         return SignalDurations(

@@ -68,7 +68,7 @@ async def test_what_the_vehicle_answers_is_told_as_it_is(
 
 async def test_hold_is_not_sent_while_a_failsafe_holds_before_it_acts(service: Service) -> None:
     """PX4 would give the failsafe up."""
-    service.links[0].change(armed=True, mode=FlightMode.HOLD, in_failsafe=True)
+    service.links[0].change(armed=True, mode=FlightMode.HOLD, in_failsafe=True, failsafe_delay_s=1.0)
     status, _, problem = await service.call("POST", f"/api/v1/vehicles/{service.v1}/hold")
     assert (status, problem["code"]) == (409, "vehicle.in_failsafe")
     status, _, _ = await service.call("POST", f"/api/v1/vehicles/{service.v1}/land")

@@ -18,6 +18,7 @@ ON_ITS_WAY = VehicleState(
     landed=LandedState.IN_AIR,
     latitude_deg=47.397742,
     longitude_deg=8.545594,
+    position_age_s=0.1,
     mission_seq=1,
     mission_id=MISSION_ID,
     mission_state=MissionState.ACTIVE,

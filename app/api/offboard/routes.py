@@ -162,7 +162,7 @@ async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     "/vehicles/{vehicle_id}/offboard/leave",
     Role.PILOT,
     _VIEW,
-    errors=(*_LEASE, "state.conflict", *_RUN, *_LINK),
+    errors=(*_LEASE, "state.conflict", "vehicle.in_failsafe", *_RUN, *_LINK),
 )
 async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
     """Leave offboard control to Hold, the paused mission or Return, and release the lease."""

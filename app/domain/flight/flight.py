@@ -238,10 +238,20 @@ class Flight:
         """Whether it stands on the ground where another mode than the mission's brought it down."""
         return self.touchdown is not None and not self.touchdown.is_by_mission
 
+    @property
+    def why_elsewhere(self) -> Reason | None:
+        """Why it did not land at its destination: see Touchdown."""
+        if self.touchdown is None or not self.segment.mission.items:
+            return None
+        vehicle_type = self.segment.plan.vehicle_type
+        return self.touchdown.why_elsewhere(self.segment.mission, self.run.commanded, vehicle_type)
+
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle."""
         if state.landed is LandedState.ON_GROUND and self.was_airborne:
-            return self if self.touchdown is not None else replace(self, touchdown=Touchdown(state, self.run.reason))
+            before = self.last_state if self.last_state is not None and is_airborne(self.last_state) else None
+            found = self.touchdown or Touchdown.of(state, before, self.run.reason)
+            return replace(self, touchdown=found)
         return replace(self, touchdown=None) if is_airborne(state) else self
 
     def having_driven(self, state: VehicleState) -> Flight:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from app.domain.flight.landing import RETURNS
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
@@ -284,19 +285,21 @@ def final_state(
     commanded: RunAction | None,
     reason: Reason | None,
     returns_at_end: bool = False,
+    lands_at_end: bool = False,
     elsewhere: Reason | None = None,
     landed_for: Reason | None = None,
 ) -> tuple[RunState, Reason | None]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship).
 
-    `returns_at_end`: a landing that a user commands on the way is not the mission's end, although its items are done.
-    `elsewhere`: see Touchdown.why_elsewhere; `landed_for`: the reason with which it came down.
+    `returns_at_end`, `lands_at_end`: a landing, or a return, that is commanded on the way is not the mission's end,
+    although its items are done: PX4 reports a landing item as reached when it begins. `elsewhere`: see
+    Touchdown.why_elsewhere; `landed_for`: the reason with which it came down.
     """
-    is_landed = elsewhere is None and not (returns_at_end and commanded is RunAction.LAND)
-    if mission_done and is_landed:  # done before anything was commanded
+    returned = commanded in RETURNS
+    is_interrupted = (returns_at_end and commanded is RunAction.LAND) or (lands_at_end and returned)
+    if mission_done and elsewhere is None and not is_interrupted:  # done before anything was commanded
         return RunState.COMPLETED, reason
     if elsewhere is not None and commanded is not RunAction.LAND:
-        returned = commanded in (RunAction.RETURN, RunAction.CONTINGENCY)
         return RunState.ABORTED if returned else RunState.FAILED, elsewhere
     if commanded in (RunAction.RETURN, RunAction.LAND):
         return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=commanded.value)

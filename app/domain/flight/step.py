@@ -330,7 +330,11 @@ def _follow_mission(flight: Flight, observed: Observation) -> Flight:
     is_sure = mission_is_sure(state)
     if near_end and on_mission and is_sure and flight.completion.is_done(state, last_seq=progress.last_seq):
         flight = flight.with_progress(observed, flight.progress.completed())
-    return replace(flight, mission_done=True) if flight.progress.is_complete and on_mission else flight
+    if flight.progress.is_complete and on_mission:
+        return replace(flight, mission_done=True)
+    was_returning = flight.segment.mission.ends_with_return and names_ours and not flight.progress.is_complete
+    flies_anew = was_returning and state.mode is FlightMode.MISSION and state.landed is LandedState.IN_AIR
+    return replace(flight, mission_done=False) if flies_anew else flight
 
 
 def _settle_command(flight: Flight, observed: Observation) -> Flight:
@@ -392,17 +396,11 @@ def _over(flight: Flight, observed: Observation, reason: Reason | None) -> Fligh
         commanded=flight.run.commanded,
         reason=reason,
         returns_at_end=flight.segment.mission.ends_with_return,
-        elsewhere=_why_elsewhere(flight),
+        lands_at_end=flight.segment.mission.ends_with_landing,
+        elsewhere=flight.why_elsewhere,
         landed_for=None if flight.touchdown is None else flight.touchdown.reason,
     )
     return _end(flight, observed, last, why)
-
-
-def _why_elsewhere(flight: Flight) -> Reason | None:
-    if flight.touchdown is None or not flight.segment.mission.items:
-        return None
-    vehicle_type = flight.segment.plan.vehicle_type
-    return flight.touchdown.why_elsewhere(flight.segment.mission, flight.run.commanded, vehicle_type)
 
 
 def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFacts:

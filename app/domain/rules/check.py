@@ -44,7 +44,7 @@ RULES: tuple[Rule, ...] = tuple(rule for file in FILES for rule in file.rules.al
 class CheckedPlan:
     """The findings of a plan, and the flight and the mission that the rules examined.
 
-    `drafted` is None if the plan has no mission: see `draft`, and the findings.
+    `drafted` is None if the plan has no mission for the vehicle: see `draft`, and the findings.
     """
 
     findings: tuple[Finding, ...]
@@ -68,7 +68,8 @@ def checked(plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> Chec
     suitable vehicle.
     """
     findings, walked, predicted = _looked_at(plan, facts, wind)
-    return CheckedPlan(findings, predicted().timeline, walked.drafted())
+    is_suited = facts is None or facts.vehicle_type is plan.vehicle_type
+    return CheckedPlan(findings, predicted().timeline, walked.drafted() if is_suited else None)
 
 
 def _looked_at(

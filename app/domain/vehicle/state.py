@@ -225,6 +225,8 @@ class VehicleState:
     its channel is not known. It is what the autopilot commands, not what a sensor saw. A new value counts once it was
     said for a quarter of a second without another one between; `gripper_output_newest_us` is the newest one.
     `durations`: None where nobody measures them, as in a recording; what is said counts then as it is.
+    `failsafe_delay_s`: for how long a failsafe has held the vehicle in Hold mode, which is not the intended one; None:
+    it does not. PX4 holds before most failsafes act.
     """
 
     connected: bool = False
@@ -264,6 +266,7 @@ class VehicleState:
     gripper_output_newest_us: int | None = None
     picture: Picture | None = None
     durations: SignalDurations | None = None
+    failsafe_delay_s: float | None = None
 
     @property
     def ground_speed_m_s(self) -> float | None:

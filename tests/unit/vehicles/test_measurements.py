@@ -52,7 +52,7 @@ def heartbeat(custom_mode: int, *, failsafe: bool = False) -> Heartbeat:
 def test_a_failsafe_is_known_with_the_mode_that_it_chose_and_not_a_heartbeat_later() -> None:
     measurements = Measurements()
     measurements.take_heartbeat(heartbeat(OFFBOARD), 100.0)
-    measurements.take_mode(CurrentMode(RETURN, OFFBOARD))
+    measurements.take_mode(CurrentMode(RETURN, OFFBOARD), 0.0)
     state = measurements.state(100.1, connected=True)
     assert (state.mode, state.in_failsafe) == (FlightMode.RETURN, True), "recording 18b: nobody else commanded it"
 
@@ -61,7 +61,7 @@ def test_a_pilot_who_takes_over_from_a_failsafe_is_no_failsafe_though_the_heartb
     measurements, sign = Measurements(), ModeTracker()
     measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 100.0)
     sign = sign.seen(measurements.state(100.0, connected=True), 100.0)
-    measurements.take_mode(CurrentMode(POSITION, POSITION))
+    measurements.take_mode(CurrentMode(POSITION, POSITION), 0.0)
     sign = sign.seen(measurements.state(100.1, connected=True), 100.1)
     measurements.take_heartbeat(heartbeat(POSITION), 101.0)
     sign = sign.seen(measurements.state(101.0, connected=True), 101.0)
@@ -72,7 +72,7 @@ def test_a_failsafe_that_goes_on_from_hold_to_return_stays_one() -> None:
     measurements = Measurements()
     measurements.take_heartbeat(heartbeat(OFFBOARD), 99.0)
     for mode in (HOLD, RETURN):
-        measurements.take_mode(CurrentMode(mode, OFFBOARD))
+        measurements.take_mode(CurrentMode(mode, OFFBOARD), 0.0)
         assert measurements.state(100.0, connected=True).in_failsafe
         measurements.take_heartbeat(heartbeat(mode, failsafe=True), 100.5)
         assert measurements.state(101.0, connected=True).in_failsafe
@@ -81,7 +81,7 @@ def test_a_failsafe_that_goes_on_from_hold_to_return_stays_one() -> None:
 def test_without_the_intended_mode_the_next_heartbeat_tells_of_the_failsafe() -> None:
     measurements = Measurements()
     measurements.take_heartbeat(heartbeat(OFFBOARD), 99.0)
-    measurements.take_mode(CurrentMode(RETURN, 0))
+    measurements.take_mode(CurrentMode(RETURN, 0), 0.0)
     assert not measurements.state(100.0, connected=True).in_failsafe
     measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 100.5)
     assert measurements.state(101.0, connected=True).in_failsafe
@@ -90,7 +90,7 @@ def test_without_the_intended_mode_the_next_heartbeat_tells_of_the_failsafe() ->
 def test_a_mode_that_a_mode_executor_shows_as_its_own_is_no_failsafe() -> None:
     measurements = Measurements()
     measurements.take_heartbeat(heartbeat(HOLD), 99.0)
-    measurements.take_mode(CurrentMode(4 << 16 | 11 << 24, HOLD))
+    measurements.take_mode(CurrentMode(4 << 16 | 11 << 24, HOLD), 0.0)
     assert not measurements.state(100.0, connected=True).in_failsafe
 
 
@@ -103,6 +103,6 @@ def test_a_return_that_somebody_else_commanded_out_of_offboard_goes_back_there(
     measurements = Measurements()
     measurements.take_heartbeat(heartbeat(HOLD), 99.0)
     for mode in before:
-        measurements.take_mode(CurrentMode(mode, mode))
+        measurements.take_mode(CurrentMode(mode, mode), 0.0)
         measurements.take_heartbeat(heartbeat(mode), 100.0)
     assert measurements.goes_back_to_offboard is goes_back

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from app.vehicles.decoders import CurrentMode, Heartbeat
+from app.vehicles.measurements import Measurements
 from app.vehicles.steadiness import GAP_S, LONGEST_S, OUTPUT_SURE_S, Span, SteadyOutput
+
+
+def beat(custom_mode: int, *, status: int) -> Heartbeat:
+    return Heartbeat(type=2, autopilot=12, base_mode=0x9D, custom_mode=custom_mode, system_status=status)
 
 
 def test_a_span_counts_from_the_first_message_to_the_newest() -> None:
@@ -51,3 +57,17 @@ def test_forged_outputs_between_the_real_ones_change_nothing() -> None:
         assert not output.observe(1000, at_s + 0.05), "the real output says otherwise ten times a second"
     assert output.us == 2000
     assert output.newest_us == 1000
+
+
+def test_the_delay_before_a_failsafe_acts_is_no_pause_under_a_warning() -> None:
+    """As flown: Hold with Mission as the intended mode. With a mere warning HEARTBEAT is CRITICAL in a pause, too."""
+    measured, mission, hold = Measurements(), 0x4040000, 0x3040000
+    measured.take_heartbeat(beat(mission, status=4), 0.5)
+    measured.take_mode(CurrentMode(hold, mission), 1.0)
+    assert measured.state(1.0, connected=True).failsafe_delay_s == 0.0, "before the next HEARTBEAT"
+    for at_s in (2.0, 3.0):
+        measured.take_heartbeat(beat(hold, status=5), at_s)
+    assert measured.state(3.0, connected=True).failsafe_delay_s == 2.0
+    measured.take_mode(CurrentMode(hold, hold), 3.5)
+    measured.take_heartbeat(beat(hold, status=5), 4.0)
+    assert measured.state(4.0, connected=True).failsafe_delay_s is None

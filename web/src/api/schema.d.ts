@@ -11021,7 +11021,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `vehicle.in_failsafe`: Failsafe active; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;

@@ -160,6 +160,10 @@ def test_a_mission_that_another_station_begins_anew_is_not_in_its_return_any_mor
     told.return_at_end()
     told.see(4.0, mode=FlightMode.MISSION, mission_state=MissionState.ACTIVE, mission_seq=1)
     assert not told.flight.is_in_final_return, "resumed, it flies the mission"
+    told.see(3.0, mode=FlightMode.RETURN, in_failsafe=True)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    assert told.run.state is RunState.FAILED, "it was not flown to its end again"
 
 
 @pytest.mark.parametrize("mode", [FlightMode.LAND, FlightMode.POSITION])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.domain.flight.landing import Touchdown
@@ -10,7 +12,7 @@ from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction
-from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
+from app.domain.vehicle.state import FlightMode, GlobalPosition, VehicleState, VehicleType
 from tests.support.plan_pieces import HOME, RETURN, Json, at, facts, land, plan, takeoff, waypoint
 
 RALLY: Json = {"rally_points": [at(500, 0, relative_altitude_m=20)]}
@@ -27,7 +29,7 @@ def compiled(made: Plan) -> Mission:
 
 
 def stands(north_m: float, mode: FlightMode | None) -> VehicleState:
-    return VehicleState(mode=mode, home=HOME, **at(north_m, 0))
+    return VehicleState(mode=mode, home=HOME, position_age_s=0.1, **at(north_m, 0))
 
 
 def broken_off(
@@ -37,7 +39,7 @@ def broken_off(
     kind: VehicleType = VehicleType.MULTICOPTER,
     commanded: RunAction | None = None,
 ) -> bool:
-    why = Touchdown(stands(north_m, mode), BECAUSE).why_elsewhere(flown, commanded, kind)
+    why = Touchdown.of(stands(north_m, mode), None, BECAUSE).why_elsewhere(flown, commanded, kind)
     assert why in (None, Reason.of(ReasonCode.LANDED_ELSEWHERE, BECAUSE))
     return why is not None
 
@@ -73,6 +75,7 @@ def test_a_rally_point_is_a_place_to_return_to() -> None:
 def test_a_fixed_wing_may_be_landed_by_hand_on_the_strip_beside() -> None:
     made = plan("fixed_wing", takeoff(40, **at(160, 0)), waypoint(400), RETURN)
     assert not broken_off(compiled(made), FlightMode.MANUAL, 150.0, VehicleType.FIXED_WING)
+    assert not broken_off(compiled(made), FlightMode.MANUAL, 150.0, VehicleType.AIRSHIP)
     assert broken_off(compiled(made), FlightMode.MANUAL, 250.0, VehicleType.FIXED_WING)
 
 
@@ -81,9 +84,20 @@ def test_a_mission_that_ends_in_the_air_is_landed_by_somebody() -> None:
 
 
 def test_a_place_that_is_not_known_is_not_taken_for_the_right_one() -> None:
-    unknown = Touchdown(VehicleState(mode=FlightMode.LAND), None)
-    found = unknown.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER)
-    assert found == Reason.of(ReasonCode.LANDED_ELSEWHERE, Reason.of(ReasonCode.VEHICLE_LANDS))
+    unknown, old = VehicleState(mode=FlightMode.LAND), replace(stands(0.0, FlightMode.LAND), position_age_s=40.0)
+    for state in (unknown, old):
+        found = Touchdown.of(state, None, None).why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER)
+        assert found == Reason.of(ReasonCode.LANDED_ELSEWHERE, Reason.of(ReasonCode.VEHICLE_LANDS))
+
+
+def test_a_vehicle_that_is_found_disarmed_is_judged_by_its_descent() -> None:
+    """Silent at touchdown: PX4 goes back to Hold as it disarms, and moves home to the place."""
+    descends = stands(120.0, FlightMode.LAND)
+    found = replace(stands(120.0, FlightMode.HOLD), home=GlobalPosition(descends.latitude_deg or 0.0, 8.545594, 488.0))
+    judged = Touchdown.of(found, descends, BECAUSE)
+    assert judged.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is not None
+    returned = Touchdown.of(found, replace(descends, mode=FlightMode.RETURN), None)
+    assert returned.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is None
 
 
 @pytest.mark.parametrize("commanded", [RunAction.RETURN, RunAction.CONTINGENCY])

@@ -110,6 +110,13 @@ def test_a_landing_is_a_success_only_with_the_mission_done(
     assert final_state(mission_done=done, commanded=commanded, reason=None)[0] is state
 
 
+def test_a_return_that_is_commanded_while_the_mission_lands_aborts_it() -> None:
+    """PX4 reports a landing item as reached when it begins."""
+    ended = final_state(mission_done=True, commanded=RunAction.RETURN, reason=None, lands_at_end=True)
+    assert ended == (RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked="return"))
+    assert final_state(mission_done=True, commanded=None, reason=None, lands_at_end=True)[0] is RunState.COMPLETED
+
+
 @pytest.mark.parametrize(
     ("durations", "is_unsure"),
     [

@@ -45,6 +45,7 @@ def test_a_plan_for_another_vehicle_has_no_mission() -> None:
     plan = parse_plan(PLANS[0].read_bytes())
     other = next(kind for kind in VehicleType if kind is not plan.vehicle_type)
     found = checked(plan, VehicleProfile(other))
+    assert found.drafted is None
     assert any(finding.severity is Severity.ERROR for finding in found.findings)
     with pytest.raises(PlanRejectedError):
         compile_plan(plan, VehicleProfile(other))

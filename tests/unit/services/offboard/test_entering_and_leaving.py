@@ -69,7 +69,7 @@ async def test_a_vehicle_that_is_not_ready_is_not_entered_and_nothing_is_sent(
 
 
 async def test_a_failsafe_that_holds_before_it_acts_is_not_cancelled_by_another_hold() -> None:
-    async with controlled_vehicle(mode=FlightMode.HOLD, in_failsafe=True) as quad:
+    async with controlled_vehicle(mode=FlightMode.HOLD, in_failsafe=True, failsafe_delay_s=1.0) as quad:
         quad.take()
         with pytest.raises(VehicleInFailsafeError):
             await quad.enter()

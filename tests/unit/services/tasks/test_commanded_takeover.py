@@ -121,7 +121,7 @@ async def test_hold_is_the_mode_alone_for_a_wing_in_another_mode() -> None:
 
 async def test_a_wing_that_a_failsafe_holds_before_it_acts_is_commanded_nothing() -> None:
     async with plane() as wing:
-        wing.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True)
+        wing.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True, failsafe_delay_s=1.0)
         with pytest.raises(VehicleInFailsafeError):
             await hold_here(wing.vehicle)
         assert ("hold" in wing.vehicle.sent, wing.vehicle.orders) == (False, [])
