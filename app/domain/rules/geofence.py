@@ -61,7 +61,8 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     if area is None:
         return
     broken: set[int] = set()
-    first = min((step.index for step in context.steps if step.item.altitude() is not None), default=0)
+    placed = (step.index for step in context.steps if step.item.altitude() is not None)
+    first = next(placed, len(context.steps))  # up to there the vehicle is at home, or on its way from there
     for path in _paths(context):
         step = path.step
         if step.index in broken or area.allows(path.shape) or _way_round(context, area, path) is not None:

@@ -106,6 +106,15 @@ def test_whether_a_polygon_over_half_the_earth_crosses_itself_rests_on_where_hom
     assert (finding.severity, finding.assumed) == ("warning", ("home",))
 
 
+def test_whether_a_plan_without_places_stays_inside_its_fence_rests_on_where_home_is() -> None:
+    delay = {"type": "delay", "duration_s": 1.0}
+    around_null_island = [{"latitude_deg": 1.0, "longitude_deg": longitude} for longitude in (-1.0, 1.0)]
+    corners = [*around_null_island, {"latitude_deg": -1.0, "longitude_deg": 0.0}]
+    fence = {"polygons": [{"kind": "exclusion", "vertices": corners}]}
+    checked = plan("multicopter", delay, delay, home=None, geofence=fence)
+    assert "geofence.leg_outside" not in errors(checked)
+
+
 def test_whether_a_polygon_of_the_least_area_has_one_rests_on_where_home_is() -> None:
     """Metres of the local frame differ by parts in a thousand from one home to another."""
     corners = [
