@@ -65,18 +65,17 @@ class DropUse:
 def drops_of(steps: Iterable[Step]) -> tuple[DropUse, ...]:
     """Return the drops of a walk, in order."""
     found: list[DropUse] = []
-    by_index: dict[int, Step] = {}
+    stop: Step | None = None
     last: Step | None = None
     delayed = False
     for step in steps:
-        by_index[step.index] = step
         if isinstance(step.item, Drop):
-            anchor = by_index.get(step.anchor) if step.anchor is not None else None
+            anchor = stop if step.anchor is not None else None
             first = last is None or last.anchor != step.anchor or step.index < last.index
             found.append(DropUse(step, step.item, anchor, first, is_supervised(step.item, step.before), delayed))
             last, delayed = step, False
         elif step.anchor == step.index:
-            last, delayed = None, False
+            stop, last, delayed = step, None, False
         elif step.item.waits:
             delayed = True
     return tuple(found)

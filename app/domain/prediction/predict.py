@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -130,11 +129,11 @@ def _flown(
     looks_ahead = _ahead(flight, steps, cache(lambda: positions_of(flight, plan)))
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
-    visits: Counter[str] = Counter()
+    visits: dict[str, int] = {}
     begins = _begins(flight)
     now_s, motion, anchored, was_unsure = 0.0, begins, begins, False
     for number, (step, speed_m_s) in enumerate(zip(steps, speeds, strict=True)):
-        visits[step.item.id] += 1
+        visit = visits[step.item.id] = visits.get(step.item.id, 0) + 1
         drop = drops.get(id(step)) or braking.get(id(step))
         before_m_s = speeds[number - 1] if number else _asked_m_s(flight.facts)
         fly_m_s = speed_m_s or before_m_s or _own_m_s(flight.facts, step)  # a landing flies at the speed before it
@@ -148,11 +147,11 @@ def _flown(
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
         seqs = tuple(seqs_of.get(step.item.id, ()))
         used = used_percent(flight.facts, motion, step, took, fly_m_s)
-        entries.append(_entry(flight, step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes, used))
+        entries.append(_entry(flight, step, seqs, visit, now_s, took, fly_m_s, brakes, used))
         anchored = took.end if step.anchor == step.index else anchored
         if drop is not None and drop.step is step and drop.anchor is not None:
             home = way_home_percent(flight, took.end, drop, looks_ahead[number])
-            found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored, home))
+            found.append(predicted_drop(flight, drop, drop.anchor, visit, now_s, anchored, home))
         now_s, motion = now_s + took.duration_s, took.end
     return entries, found
 

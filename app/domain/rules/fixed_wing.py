@@ -91,12 +91,12 @@ def _approach_used(context: RuleContext) -> Iterator[Violation]:
     "PX4 NPFG switch distance (flown).",
 )
 def _room_to_turn(context: RuleContext) -> Iterator[Violation]:
-    for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
-        if not (step.item.holds() and step.before is step.after is FlightRegime.FIXED_WING):
+    for number, step in enumerate(context.steps):
+        if not (step.before is step.after is FlightRegime.FIXED_WING and step.item.holds()):
             continue
         start, end = step.start, step.end
         leg_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
-        switch_m = context.behaviour.switch_distance_m(speed_m_s)
+        switch_m = context.behaviour.switch_distance_m(context.speeds_m_s[number])
         if leg_m < 2 * switch_m:
             message = f"the leg of {leg_m:.0f} m is shorter than twice the switch distance of {switch_m:.0f} m"
             yield at_item(step, message, "make it longer: the vehicle turns away before it follows this leg")
@@ -172,10 +172,12 @@ _THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
 )
 def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
     wind_m_s, before_m_s = context.wind.speed_m_s, 0.0
+    if wind_m_s == 0.0:
+        return
     for step, own_m_s in zip(context.steps, context.speeds_m_s, strict=True):
         airspeed_m_s = own_m_s or before_m_s  # a landing is flown at the speed of the item before it
         before_m_s = airspeed_m_s
-        if wind_m_s > 0.0 and _is_carried_by_air(step) and airspeed_m_s <= wind_m_s:
+        if _is_carried_by_air(step) and airspeed_m_s <= wind_m_s:
             message = f"the airspeed of {airspeed_m_s:g} m/s does not exceed the wind of {wind_m_s:g} m/s"
             yield at_item(step, message, "wait for less wind, or fly faster")
             return

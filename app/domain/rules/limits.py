@@ -128,8 +128,10 @@ def _own_distance(context: RuleContext) -> Iterator[Violation]:
 @rules.error("limits.speed", "No item may be flown faster than the plan's limit (in calm air).", _OWN)
 def _own_speed(context: RuleContext) -> Iterator[Violation]:
     most_m_s = context.plan.limits.max_speed_m_s
+    if most_m_s is None:
+        return
     for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
-        if most_m_s is not None and not step.item.goes_home and speed_m_s > most_m_s:
+        if not step.item.goes_home and speed_m_s > most_m_s:
             message = f"flown at {speed_m_s:g} m/s; the limit of the plan is {most_m_s:g} m/s"
             yield at_item(step, message, "set cruise_speed_m_s, or raise limits.max_speed_m_s")
             return
