@@ -105,6 +105,7 @@ class ReasonCode(StrEnum):
     )
     LANDING_AS_ASKED = "run.landing_as_asked", "landing by command"
     VEHICLE_LANDS = "run.vehicle_lands", "the vehicle is landing"
+    LANDING_UNSEEN = "run.landing_unseen", "the link was lost before it landed"
     CHANGE_REFUSED = (
         "run.change_refused",
         "the vehicle rejected the changed mission and holds; resume flies the previous one",

@@ -152,6 +152,11 @@ class LinkTracker:
         first_s = now_s if self.first_heard_s is None else self.first_heard_s
         return replace(self, last_heard_s=now_s, connected_since_s=since_s, first_heard_s=first_s)
 
+    @property
+    def is_just_back(self) -> bool:
+        """Whether it was lost until now: what the vehicle repeats every second may be from before."""
+        return self.connected_since_s is not None and self.last_heard_s - self.connected_since_s <= SETTLED_S
+
     def silent(self, *, was_airborne: bool) -> LinkTracker:
         """It is not. One in the air may fly on to its end, unseen."""
         return replace(self, connected_since_s=None, was_away=was_airborne)
@@ -250,8 +255,9 @@ class Flight:
         """After an observation of a connected vehicle."""
         if state.landed is LandedState.ON_GROUND and self.was_airborne:
             before = self.last_state if self.last_state is not None and is_airborne(self.last_state) else None
-            found = self.touchdown or Touchdown.of(state, before, self.run.reason)
-            return replace(self, touchdown=found)
+            is_seen = before is None or not self.link.is_just_back
+            found = self.touchdown or Touchdown.of(state, before, self.run.reason, is_seen=is_seen)
+            return replace(self, touchdown=found.located(state))
         return replace(self, touchdown=None) if is_airborne(state) else self
 
     def having_driven(self, state: VehicleState) -> Flight:

@@ -26,22 +26,30 @@ _FRESH_S: Final = 3.0
 
 class Touchdown(NamedTuple):
     """The vehicle as it came to stand on the ground. `mode` and `home`: those of its descent, as far as it was seen;
-    PX4 moves home to the place as it disarms there. `reason`: of the run's state until then.
+    PX4 moves home to the place as it disarms there. `reason`: of the run's state until then. Not `is_seen`: the link
+    was lost in the air, and what the vehicle flew then is not known.
     """
 
     state: VehicleState
     mode: FlightMode | None
     home: GlobalPosition | None
     reason: Reason | None
+    is_seen: bool = True
 
     @classmethod
-    def of(cls, state: VehicleState, before: VehicleState | None, reason: Reason | None) -> Touchdown:
+    def of(
+        cls, state: VehicleState, before: VehicleState | None, reason: Reason | None, *, is_seen: bool = True
+    ) -> Touchdown:
         """`before` is the observation before, of a vehicle in the air."""
         mode, home = state.mode, state.home
         if before is not None:
             mode = before.mode if mode in _SAYS_NOTHING else mode
             home = before.home or home
-        return cls(state, mode, home, reason)
+        return cls(state, mode, home, reason, is_seen)
+
+    def located(self, state: VehicleState) -> Touchdown:
+        """With the first position of the vehicle since it stands there. After a loss of the link it may come late."""
+        return self if self._has_position else self._replace(state=state)
 
     @property
     def is_by_mission(self) -> bool:
@@ -51,20 +59,23 @@ class Touchdown(NamedTuple):
     def why_elsewhere(self, mission: Mission, commanded: RunAction | None, vehicle_type: VehicleType) -> Reason | None:
         """Why it is not the destination of the return or landing that was flown; None if it is, whoever flew it there.
 
-        PX4 flies a return in Return mode until it disarms, and a landing item in Mission mode.
+        PX4 flies a return in Return mode until it disarms, and a landing item in Mission mode. A landing that was not
+        seen is judged by its place, if that is known.
         """
         mode, last = self.mode, mission.items[-1]
         returns = commanded in RETURNS or mission.is_return(last.seq)
-        if self.is_by_mission or (returns and mode is FlightMode.RETURN):
-            return None
         if not returns and not mission.ends_with_landing:
             return None  # it ends in the air, and is landed by somebody
         near_m = _NEAR_RUNWAY_M if vehicle_type in _LANDED_BY_HAND else _NEAR_M
-        places = self._returns_to(mission) if returns else [_place(last)]
+        places = list(self._returns_to(mission) if returns else [_place(last)])
+        is_by_mission = self.is_by_mission or (returns and mode is FlightMode.RETURN)
+        if is_by_mission and (self.is_seen or not self._has_position or not places):
+            return None
         is_known = mode is not FlightMode.DESCEND  # PX4 descends where it has no position
         if is_known and any(self._is_at(*place, near_m) for place in places):
             return None
-        return Reason.of(ReasonCode.LANDED_ELSEWHERE, self.reason or Reason.of(ReasonCode.VEHICLE_LANDS))
+        unseen, seen = Reason.of(ReasonCode.LANDING_UNSEEN), self.reason or Reason.of(ReasonCode.VEHICLE_LANDS)
+        return Reason.of(ReasonCode.LANDED_ELSEWHERE, unseen if is_by_mission else seen)
 
     def _returns_to(self, mission: Mission) -> Iterator[tuple[float, float]]:
         """Latitude and longitude of home, of the rally points, and of landings: RTL_TYPE says which PX4 may take."""
@@ -73,9 +84,13 @@ class Touchdown(NamedTuple):
         yield from map(_place, mission.rally)
         yield from (_place(item) for item in mission.items if item.command in LANDINGS)
 
-    def _is_at(self, latitude_deg: float, longitude_deg: float, near_m: float) -> bool:
+    @property
+    def _has_position(self) -> bool:
         age_s = self.state.position_age_s
-        if age_s is None or age_s > _FRESH_S or self.state.latitude_deg is None or self.state.longitude_deg is None:
+        return age_s is not None and age_s <= _FRESH_S and self.state.latitude_deg is not None
+
+    def _is_at(self, latitude_deg: float, longitude_deg: float, near_m: float) -> bool:
+        if not self._has_position or self.state.latitude_deg is None or self.state.longitude_deg is None:
             return False
         away_m = distance_m(self.state.latitude_deg, self.state.longitude_deg, latitude_deg, longitude_deg)
         return away_m <= near_m

@@ -195,3 +195,29 @@ def test_a_drop_that_the_vehicle_was_only_on_its_way_to_is_not_flown() -> None:
     assert told.run.is_over
     assert DROP.plan_item_id not in told.run.flown_item_ids
     assert told.flight.segment.mission.plan_item_of[min(DROP.hold_seqs)] not in told.run.flown_item_ids
+
+
+@pytest.mark.parametrize(
+    ("north_deg", "state", "reason"),
+    [
+        (0.00001, RunState.COMPLETED, None),
+        (
+            0.002,
+            RunState.FAILED,
+            Reason.of(ReasonCode.LANDED_ELSEWHERE, Reason.of(ReasonCode.LANDING_UNSEEN)),
+        ),
+    ],
+)
+def test_a_return_whose_link_is_lost_is_judged_by_where_the_vehicle_stands(
+    north_deg: float, state: RunState, reason: Reason | None
+) -> None:
+    """The link is back a moment before EXTENDED_SYS_STATE, and the position comes after it."""
+    told = Told()
+    told.see(home=HOME, latitude_deg=47.4)
+    told.return_at_end()
+    told.see(20.0, connected=False)
+    told.see(0.5, connected=True, position_age_s=21.0)
+    told.see(0.5, landed=LandedState.ON_GROUND)
+    told.see(1.0, position_age_s=0.1, latitude_deg=HOME.latitude_deg + north_deg)
+    told.disarm(FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (state, reason)

@@ -106,3 +106,31 @@ def test_a_return_that_was_commanded_has_its_destination_too(commanded: RunActio
     assert broken_off(ends_in_the_air, FlightMode.LAND, 200.0, commanded=commanded)
     assert not broken_off(ends_in_the_air, FlightMode.LAND, 2.0, commanded=commanded)
     assert not broken_off(ends_in_the_air, FlightMode.RETURN, 200.0, commanded=commanded)
+
+
+@pytest.mark.parametrize(
+    ("end", "place_m", "mode"),
+    [(RETURN, 0.0, FlightMode.RETURN), (RETURN, 0.0, FlightMode.HOLD), (land(50), 50.0, FlightMode.MISSION)],
+)
+def test_a_landing_that_was_not_seen_is_judged_by_its_place(end: Json, place_m: float, mode: FlightMode) -> None:
+    """What a failsafe flew while the link was lost, no mode tells that was heard before."""
+    in_air = stands(150.0, mode)
+
+    def why(north_m: float, **told: object) -> Reason | None:
+        found = replace(stands(north_m, FlightMode.HOLD), **told)  # type: ignore[arg-type]
+        judged = Touchdown.of(found, in_air, None, is_seen=False).located(found)
+        return judged.why_elsewhere(mission(end), None, VehicleType.MULTICOPTER)
+
+    assert why(place_m + 3.0) is None
+    assert why(place_m + 200.0) == Reason.of(ReasonCode.LANDED_ELSEWHERE, Reason.of(ReasonCode.LANDING_UNSEEN))
+
+
+def test_a_landing_that_was_not_seen_waits_for_its_place() -> None:
+    in_air, old = stands(150.0, FlightMode.MISSION), replace(stands(150.0, FlightMode.HOLD), position_age_s=40.0)
+    found = Touchdown.of(old, in_air, None, is_seen=False)
+    assert found.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is None, "nothing is known of its place"
+    later = found.located(stands(200.0, FlightMode.HOLD))
+    assert later.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is not None
+    assert found.located(stands(1.0, FlightMode.HOLD)).located(stands(200.0, FlightMode.HOLD)).state == stands(
+        1.0, FlightMode.HOLD
+    ), "it is carried away after it landed"
