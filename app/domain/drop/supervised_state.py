@@ -251,11 +251,11 @@ class DropMachine:
         if attempts == 0:
             return cls(terms, consent=consent)
         return cls(
-            terms,
+            replace(terms, max_attempts=attempts),
             phase=DropPhase.RELEASING,
             consent=consent,
             approached=True,
-            attempts=terms.max_attempts,
+            attempts=attempts,
             unsure=True,
             opened=opened,
         )

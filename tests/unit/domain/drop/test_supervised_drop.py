@@ -10,7 +10,7 @@ import pytest
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase
 from app.domain.drop.supervised_inputs import OtherGripperItems, SendRelease
 from app.domain.drop.supervised_state import DropMachine
-from app.domain.reasons import ReasonCode, describe
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.supervised_flight import TERMS, Flight
@@ -269,6 +269,8 @@ def test_after_our_restart_a_commanded_release_is_never_sent_again() -> None:
     flight.tick(40.0)
     assert not any(isinstance(e, SendRelease) for e in flight.effects)
     assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+    assert flight.finish is not None
+    assert flight.finish.reason == Reason.of(ReasonCode.DROP_ACK_MISSING, attempts=1), "it counts what was sent"
 
 
 KEPT, RELEASED = (DropOutcome.KEPT, Certainty.INFERRED), (DropOutcome.RELEASED, Certainty.INFERRED)
