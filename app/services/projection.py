@@ -44,6 +44,8 @@ log = structlog.get_logger(__name__)
 BATCH_ENVELOPES: Final = 64
 PAGE_EVENTS: Final = 200
 FEED_TIMEOUT_S: Final = 1.0
+WAITING_TIMEOUT_S: Final = 0.2
+"""What waits in the stream comes at once."""
 PAGE_TIMEOUT_S: Final = 5.0
 POSTPONED_S: Final = 2.0
 RETRY_S: Final = 1.0
@@ -112,7 +114,7 @@ class Projection:
             self._bus.answering(CURSORS, self._cursor, in_queue_group=True),
         ):
             began_s = self._clock.monotonic()
-            while await self._take(writer, feed) and self._clock.monotonic() - began_s < WAITED_S:
+            while await self._take(writer, feed, WAITING_TIMEOUT_S) and self._clock.monotonic() - began_s < WAITED_S:
                 pass
             async with self._also(writer):
                 while True:
@@ -133,9 +135,9 @@ class Projection:
     def _head(self, gateway: str) -> JournalHead:
         return self._heads.get(gateway, JournalHead())
 
-    async def _take(self, writer: ProjectionWriter, feed: EnvelopeFeed) -> int:
+    async def _take(self, writer: ProjectionWriter, feed: EnvelopeFeed, timeout_s: float = FEED_TIMEOUT_S) -> int:
         """Store what has come in one transaction, and missing events before it; how many envelopes came."""
-        left = list(await feed.next(most=BATCH_ENVELOPES, timeout_s=FEED_TIMEOUT_S))
+        left = list(await feed.next(most=BATCH_ENVELOPES, timeout_s=timeout_s))
         count = len(left)
         batch: list[tuple[Envelope, Sequence[RelayedEvent]]] = []
         done: list[ReceivedEnvelope] = []
