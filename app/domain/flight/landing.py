@@ -67,9 +67,10 @@ class Touchdown(NamedTuple):
         if not returns and not mission.ends_with_landing:
             return None  # it ends in the air, and is landed by somebody
         near_m = _NEAR_RUNWAY_M if vehicle_type in _LANDED_BY_HAND else _NEAR_M
-        places = list(self._returns_to(mission) if returns else [_place(last)])
+        places = self._returns_to(mission) if returns else [_place(last)]
         is_by_mission = self.is_by_mission or (returns and mode is FlightMode.RETURN)
-        if is_by_mission and (self.is_seen or not self._has_position or not places):
+        is_place_known = self._has_position and (self.home is not None or not returns)
+        if is_by_mission and (self.is_seen or not is_place_known):
             return None
         is_known = mode is not FlightMode.DESCEND  # PX4 descends where it has no position
         if is_known and any(self._is_at(*place, near_m) for place in places):

@@ -125,6 +125,12 @@ def test_a_landing_that_was_not_seen_is_judged_by_its_place(end: Json, place_m: 
     assert why(place_m + 200.0) == Reason.of(ReasonCode.LANDED_ELSEWHERE, Reason.of(ReasonCode.LANDING_UNSEEN))
 
 
+def test_a_return_that_was_not_seen_is_not_judged_where_home_is_not_known() -> None:
+    in_air, down = (replace(stands(150.0, mode), home=None) for mode in (FlightMode.RETURN, FlightMode.HOLD))
+    judged = Touchdown.of(down, in_air, None, is_seen=False)
+    assert judged.why_elsewhere(mission(RETURN, **RALLY), None, VehicleType.MULTICOPTER) is None
+
+
 def test_a_landing_that_was_not_seen_waits_for_its_place() -> None:
     in_air, old = stands(150.0, FlightMode.MISSION), replace(stands(150.0, FlightMode.HOLD), position_age_s=40.0)
     found = Touchdown.of(old, in_air, None, is_seen=False)
