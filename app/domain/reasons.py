@@ -96,6 +96,10 @@ class ReasonCode(StrEnum):
         "the mission is complete; the vehicle holds where it ended",
     )
     PAUSED_AS_ASKED = "run.paused_as_asked", "paused by command"
+    HOLDING_AFTER_FAILED_DROP = (
+        "run.holding_after_failed_drop",
+        "a drop failed; holding, as the plan specifies",
+    )
     RESUMING_AS_ASKED = "run.resuming_as_asked", "resuming by command"
     RETURNING_AS_ASKED = "run.returning_as_asked", "returning by command"
     RETURNING_TO_RALLY_POINT = "run.returning_to_rally_point", "diverting to rally point {rally_point} by command"

@@ -250,6 +250,12 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.RESUME, _S.PAUSED, _because(ReasonCode.RESUMING_AS_ASKED)),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.REFUSED, _S.PAUSED, _because(ReasonCode.CHANGE_REFUSED)),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.PAUSE, _S.PAUSED, _why_paused),
+    PhaseRow(
+        _HOLD,
+        lambda f: f.commanded is RunAction.CONTINGENCY_HOLD,
+        _S.PAUSED,
+        _because(ReasonCode.HOLDING_AFTER_FAILED_DROP),
+    ),
     # PX4 leaves Return mode as it disarms, and says so one by one
     PhaseRow(_HOLD, lambda f: f.comes_down and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
     PhaseRow(

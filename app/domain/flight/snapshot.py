@@ -9,12 +9,12 @@ from app.domain.drop.record import DropOutcome, DropPhase, DropRecord, OutputEvi
 from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, Finish
 from app.domain.geo import distance_m
 from app.domain.mission import CompiledDrop, MavCmd
-from app.domain.run.run import RunAction
+from app.domain.run.run import HOLDS, RunAction
 from app.domain.targets import TargetFix
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 _MODE_OF = {
-    RunAction.PAUSE: FlightMode.HOLD,
+    **dict.fromkeys(HOLDS, FlightMode.HOLD),
     RunAction.RETURN: FlightMode.RETURN,
     RunAction.LAND: FlightMode.LAND,
 }

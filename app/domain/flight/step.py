@@ -26,7 +26,7 @@ from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
 from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import NEXT, NOT_STARTED, RunAction, RunState
+from app.domain.run.run import HOLDS, NEXT, NOT_STARTED, RunAction, RunState
 from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.link_security import weaker
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, mission_is_sure
@@ -43,11 +43,11 @@ LAST_REPORTS_S: Final = 2.5
 DISARMED_WITHIN_S: Final = 15.0
 """A run whose vehicle is left armed waits so long for its disarming, and then ends without. All attempts take less."""
 
-STAYS_ON_MISSION: Final = frozenset({None, RunAction.PAUSE, RunAction.RESUME, RunAction.REFUSED})
+STAYS_ON_MISSION: Final = frozenset({None, *HOLDS, RunAction.RESUME, RunAction.REFUSED})
 """What may be commanded with the mission still being flown to its end."""
 
 OBEYED_IN: Final[dict[RunAction | None, FlightMode]] = {
-    RunAction.PAUSE: FlightMode.HOLD,
+    **dict.fromkeys(HOLDS, FlightMode.HOLD),
     RunAction.REFUSED: FlightMode.HOLD,
     RunAction.RETURN: FlightMode.RETURN,
     RunAction.CONTINGENCY: FlightMode.RETURN,

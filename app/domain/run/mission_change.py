@@ -11,7 +11,7 @@ from app.domain.items import PlanItem
 from app.domain.mission import Mission
 from app.domain.plan.document import Plan
 from app.domain.plan.parse import PlanInvalid, parse_plan
-from app.domain.run.run import Run, RunAction, RunState
+from app.domain.run.run import HOLDS, Run, RunAction, RunState
 from app.domain.validation.finding import Finding
 from app.domain.vehicle.state import (
     IN_TRANSITION,
@@ -24,7 +24,7 @@ from app.domain.vehicle.state import (
 )
 
 FRESH_POSITION_S: Final = 2.0
-_TAKEN_OUT: Final = frozenset({RunAction.PAUSE, RunAction.RETURN, RunAction.LAND, RunAction.CONTINGENCY})
+_TAKEN_OUT: Final = frozenset({*HOLDS, RunAction.RETURN, RunAction.LAND, RunAction.CONTINGENCY})
 """Commanded: the vehicle leaves Mission mode in a moment."""
 
 
@@ -75,7 +75,7 @@ class ChangeTerms:
 
     def _refuse_state(self) -> None:
         run, state = self.run, self.state
-        holds = state.mode is FlightMode.HOLD and run.commanded in (RunAction.PAUSE, RunAction.REFUSED)
+        holds = state.mode is FlightMode.HOLD and run.commanded in (*HOLDS, RunAction.REFUSED)
         paused = run.state is RunState.PAUSED and holds
         flying = run.state in (RunState.FLYING, RunState.AT_DROP) and state.mode is FlightMode.MISSION
         if not state.connected:

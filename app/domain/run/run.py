@@ -68,8 +68,14 @@ class RunAction(StrEnum):
     LAND = "land"
     CONTINGENCY = "contingency"
     """A drop failed, and the plan requires a return."""
+    CONTINGENCY_HOLD = "contingency_hold"
+    """A drop failed, and the plan requires to hold."""
     REFUSED = "refused"
     """The vehicle holds, because it found a changed mission infeasible."""
+
+
+HOLDS: Final = frozenset({RunAction.PAUSE, RunAction.CONTINGENCY_HOLD})
+"""The vehicle was told to hold, by a user or by its plan."""
 
 
 class PlanChange(FrozenForm):

@@ -34,7 +34,7 @@ from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import check_plan, checked
 from app.domain.run.mission_change import ChangeTerms
 from app.domain.run.remaining_mission import Flown, RemainingMission, asked_speed_before, continued, in_whole_plan
-from app.domain.run.run import PlanChange, RunAction
+from app.domain.run.run import HOLDS, PlanChange
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import FlightMode, VehicleProfile, carried_in_flight
 from app.services.clock import Clock
@@ -266,7 +266,7 @@ class MissionChanger:
         """The vehicle received the upload and found it infeasible: it holds, and the previous mission is lost."""
         if not refused.has_arrived(self._link.state()):
             return  # it was refused before it was on board
-        if self._monitor.run.commanded not in (None, RunAction.PAUSE):
+        if self._monitor.run.commanded not in (None, *HOLDS):
             return  # it was commanded otherwise meanwhile
         self._monitor.feed(ChangeRefused(self._monitor.observation()))
         with suppress(WaydropError):

@@ -119,7 +119,7 @@ class FlightCommandSender:
         run = self._monitor.run
         self._changer.break_off()
         returns = command.action == "return"
-        action = RunAction.CONTINGENCY if returns else RunAction.PAUSE
+        action = RunAction.CONTINGENCY if returns else RunAction.CONTINGENCY_HOLD
         name = RunCommandName.RETURN if returns else RunCommandName.HOLD
         self._monitor.feed(ContingencyBegun(self._monitor.observation(), action))
         self._recorder.record(RunCommand(command=name, failed_drop_id=command.plan_item_id))

@@ -217,6 +217,22 @@ async def test_after_a_failed_drop_the_plan_decides() -> None:
         assert service.drop.outcome is DropOutcome.KEPT
 
 
+async def test_after_a_failed_drop_it_holds_if_the_plan_says_so_and_is_resumed() -> None:
+    async with run_service(changes=lambda plan: plan.update(contingency={"on_drop_failure": "hold"})) as service:
+        service.vehicle.answers = [[MavResult.FAILED]]
+        await service.create()
+        await service.fly_to_drop()
+        await service.until_state(RunState.PAUSED)
+        assert service.vehicle.sent[-1] == "hold"
+        assert service.run.reason == Reason.of(ReasonCode.HOLDING_AFTER_FAILED_DROP), "nobody paused it"
+        await service.runs.pause(service.run_id)
+        await service.until(lambda: service.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "now somebody has")
+        await service.runs.resume(service.run_id)
+        await service.until_state(RunState.FLYING)
+        await land(service)
+        assert (service.run.state, service.drop.outcome) == (RunState.COMPLETED, DropOutcome.KEPT)
+
+
 async def test_a_failed_drop_goes_on_if_the_plan_says_so() -> None:
     async with run_service(changes=lambda plan: plan.update(contingency={"on_drop_failure": "continue"})) as service:
         service.vehicle.answers = [[MavResult.FAILED]]
