@@ -61,7 +61,7 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     if area is None:
         return
     broken: set[int] = set()
-    placed = (step.index for step in context.steps if step.item.altitude() is not None)
+    placed = (step.index for step in context.steps if step.item.point() is not None)
     first = next(placed, len(context.steps))  # up to there the vehicle is at home, or on its way from there
     for path in _paths(context):
         step = path.step

@@ -16,7 +16,7 @@ from app.domain.rules import RULES, check_plan
 from app.domain.validation.finding import Finding
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 from tests.support.near_the_limits import PLANS, VEHICLES, NearTheLimits
-from tests.support.plan_pieces import RETURN, at, facts, plan, takeoff, waypoint
+from tests.support.plan_pieces import RETURN, Json, at, facts, plan, takeoff, waypoint
 from tests.support.plan_strategies import PLANS as ANY_PLANS
 from tests.support.plan_strategies import sensible_plans, vehicle_facts
 from tests.support.plans_and_vehicles import PARAMS
@@ -106,12 +106,13 @@ def test_whether_a_polygon_over_half_the_earth_crosses_itself_rests_on_where_hom
     assert (finding.severity, finding.assumed) == ("warning", ("home",))
 
 
-def test_whether_a_plan_without_places_stays_inside_its_fence_rests_on_where_home_is() -> None:
+@pytest.mark.parametrize("up", [[], [{"type": "takeoff", "relative_altitude_m": 20.0}]])
+def test_whether_a_plan_without_places_stays_inside_its_fence_rests_on_where_home_is(up: list[Json]) -> None:
     delay = {"type": "delay", "duration_s": 1.0}
     around_null_island = [{"latitude_deg": 1.0, "longitude_deg": longitude} for longitude in (-1.0, 1.0)]
     corners = [*around_null_island, {"latitude_deg": -1.0, "longitude_deg": 0.0}]
     fence = {"polygons": [{"kind": "exclusion", "vertices": corners}]}
-    checked = plan("multicopter", delay, delay, home=None, geofence=fence)
+    checked = plan("multicopter", *up, delay, delay, home=None, geofence=fence)
     assert "geofence.leg_outside" not in errors(checked)
 
 
