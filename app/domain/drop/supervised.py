@@ -97,7 +97,7 @@ def finish_and_resume(
 
 def acks_prove_nothing(drop: DropMachine) -> bool:
     """Whether the vehicle's answer could have been sent by anybody."""
-    return drop.last_seen is not None and drop.last_seen.link_is_open
+    return drop.last_seen is None or drop.last_seen.link_is_open
 
 
 def still_waits(drop: DropMachine, seen: DropObservation, needed_s: float) -> bool:
@@ -146,7 +146,8 @@ def _observed(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Ef
         drop = replace(drop, calm_since_s=None, lost_sight=drop.lost_sight or drop.attempts > 0)
     opened = drop.opened or (drop.attempts > 0 and drop.own_output_of(seen) == GRIPPER_OPEN_US)
     if drop.last_seen is None and drop.attempts:  # recovered: a release may have been sent moments ago
-        drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s)
+        accepted_at_s = None if drop.accepted_at_s is None else seen.now_s  # the output has its time anew
+        drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s, accepted_at_s=accepted_at_s)
     hold = drop.hold.observed(seen, drop.terms)
     drop = replace(drop, hold=hold, approached=approached, opened=opened, last_seen=seen)
     drop = _with_consent(_with_calm(drop, seen), seen)
@@ -290,10 +291,12 @@ def _after_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachin
         return drop, ()
     if against := drop.consent.reason_against:
         return conclude(drop, seen, against)
-    if is_passed(seen, drop.terms) or _is_hopeless(drop, seen):
+    if is_passed(seen, drop.terms):
         return conclude(drop, seen, Reason.of(ReasonCode.DROP_HOLD_OVER_BEFORE_ACK))
     if drop.attempts >= drop.terms.max_attempts:
         return conclude(drop, seen, Reason.of(ReasonCode.DROP_ACK_MISSING, attempts=drop.attempts))
+    if _is_hopeless(drop, seen):
+        return conclude(drop, seen, Reason.of(ReasonCode.DROP_HOLD_OVER_BEFORE_ACK))
     return _try_release(drop, seen)
 
 

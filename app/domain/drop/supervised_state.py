@@ -241,11 +241,13 @@ class DropMachine:
         return seen.now_s + self.hold.left_s(seen, self.terms) - self.terms.release_latency_s
 
     @classmethod
-    def recovered(cls, terms: DropTerms, attempts: int, *, opened: bool = False, questions: int = 0) -> DropMachine:
+    def recovered(
+        cls, terms: DropTerms, attempts: int, *, opened: bool = False, questions: int = 0, accepted: bool = False
+    ) -> DropMachine:
         """The machine at first (no `attempts`, no `questions` were), or after a restart of ours.
 
         Releases that were sent and not answered are never repeated; their effect can only be observed. Earlier consent
-        is void. `opened`: see the class.
+        is void. `opened`: see the class. `accepted`: ACCEPTED is recorded, and the outcome is not.
         """
         consent = ConsentGate(ConsentState.PENDING, questions) if terms.needs_consent else ConsentGate()
         if attempts == 0:
@@ -258,4 +260,5 @@ class DropMachine:
             attempts=attempts,
             unsure=True,
             opened=opened,
+            accepted_at_s=0.0 if accepted else None,
         )

@@ -44,7 +44,7 @@ from app.domain.flight.snapshot import (
 from app.domain.items.drop_places import Target
 from app.domain.mission import CompiledDrop, MavCmd, Mission
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.vehicle.commands import CommandAck
+from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import VehicleState, mission_is_sure
 
@@ -124,7 +124,8 @@ class SupervisedRelease:
         terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s, others)
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
-        machine = DropMachine.recovered(terms, record.attempts, opened=opened, questions=questions)
+        accepted = record.acknowledged_result is MavResult.ACCEPTED
+        machine = DropMachine.recovered(terms, record.attempts, opened=opened, questions=questions, accepted=accepted)
         waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
         if record.consent is not None and record.attempts == 0 and record.phase is not DropPhase.DONE:
             record = record.model_copy(update={"consent": withdrawn(record.consent, RESTARTED)})

@@ -273,6 +273,47 @@ def test_after_our_restart_a_commanded_release_is_never_sent_again() -> None:
     assert flight.finish.reason == Reason.of(ReasonCode.DROP_ACK_MISSING, attempts=1), "it counts what was sent"
 
 
+@pytest.mark.parametrize(
+    ("knows_output", "is_open", "link_is_open", "expected", "code"),
+    [
+        (True, True, False, (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED), ReasonCode.DROP_ACKNOWLEDGED_MOVED),
+        (True, False, False, (DropOutcome.UNKNOWN, Certainty.NONE), ReasonCode.DROP_ACKNOWLEDGED_NOT_MOVED),
+        (False, False, False, (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED), ReasonCode.DROP_ACKNOWLEDGED_UNSEEN),
+        (False, False, True, (DropOutcome.UNKNOWN, Certainty.NONE), ReasonCode.DROP_ACKNOWLEDGED_ON_OPEN_LINK),
+    ],
+)
+def test_after_our_restart_an_acceptance_that_was_recorded_counts(
+    knows_output: bool,
+    is_open: bool,
+    link_is_open: bool,
+    expected: tuple[DropOutcome, Certainty],
+    code: ReasonCode,
+) -> None:
+    flight = Flight(knows_output=knows_output, gripper_open=is_open, link_is_open=link_is_open)
+    flight.machine = DropMachine.recovered(TERMS, attempts=1, accepted=True)
+    flight.tick(TERMS.output_wait_s + 1.0)
+    assert ended(flight) == expected
+    assert flight.finish is not None
+    assert flight.finish.reason is not None
+    assert flight.finish.reason.code is code
+    assert not any(isinstance(e, SendRelease) for e in flight.effects)
+
+
+def test_after_our_restart_an_acceptance_on_a_link_of_which_nothing_is_known_proves_nothing() -> None:
+    flight = Flight()
+    flight.machine = DropMachine.recovered(TERMS, attempts=1, accepted=True)
+    flight.end()
+    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+
+
+def test_after_our_restart_amid_a_hold_it_is_not_said_to_be_over() -> None:
+    flight = Flight(offset_m=0.0)
+    flight.machine = DropMachine.recovered(TERMS, attempts=1)
+    flight.tick(TERMS.output_wait_s + 1.0)
+    assert flight.finish is not None
+    assert flight.finish.reason == Reason.of(ReasonCode.DROP_ACK_MISSING, attempts=1)
+
+
 KEPT, RELEASED = (DropOutcome.KEPT, Certainty.INFERRED), (DropOutcome.RELEASED, Certainty.INFERRED)
 UNKNOWN = (DropOutcome.UNKNOWN, Certainty.NONE)
 OTHERS = OtherGripperItems(releases=frozenset({7}), grabs=frozenset({5}))
