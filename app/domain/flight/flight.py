@@ -88,12 +88,15 @@ class ItemClock:
         *,
         was_airborne: bool,
         is_paused: bool,
+        is_just_back: bool,
     ) -> tuple[ItemClock, tuple[RunItemEnded, ...]]:
-        """After each observation of a vehicle that is heard. `is_paused`: as it was the time before, and still is."""
+        """After each observation of a vehicle that is heard. `is_paused`: as it was the time before, and still is.
+        `is_just_back`: see LinkTracker.
+        """
         now_s, times = _vehicle_s(seen), self.times
         if self.now_s is not None and now_s is not None and is_paused:
             times = times.paused(now_s - self.now_s)
-        gap = self.observed_s is not None and seen.now_s - self.observed_s > LONGEST_GAP_S
+        gap = is_just_back or (self.observed_s is not None and seen.now_s - self.observed_s > LONGEST_GAP_S)
         if not self.is_running:
             times = times.started(now_s)
         landed = was_airborne and _has_landed(seen.state)
@@ -182,7 +185,8 @@ class Flight:
     `segment` is the mission that is flown, `progress` the progress in it. `change` is a changed mission that is being
     transferred or may be on board, and `skip_to` its item that the vehicle had reached when the change arrived.
     `target` follows the moving target of the next drop. `last_state` is the vehicle's state at the last observation.
-    `touchdown` is how it came to stand on the ground; None in the air. `is_on_mission`: it was seen in
+    `touchdown` is how it came to stand on the ground; None in the air. `in_sight` is the last observation before that
+    on a link that held: what comes first after a loss is partly from before. `is_on_mission`: it was seen in
     Mission mode, and since then in that and Hold mode only. `effects` are those of the current step.
     """
 
@@ -207,6 +211,7 @@ class Flight:
     last_state: VehicleState | None = None
     landed_at_s: float | None = None
     touchdown: Touchdown | None = None
+    in_sight: VehicleState | None = None
     is_on_mission: bool = False
     effects: tuple[FlightEffect, ...] = ()
 
@@ -232,6 +237,13 @@ class Flight:
         return self.change is not None and self.change.is_open
 
     @property
+    def is_at_last_item(self) -> bool:
+        """Whether the mission's last item is flown, or the one before its return: PX4 holds for a moment in between."""
+        current, last_seq = self.progress.current, self.progress.last_seq
+        before_return = self.segment.mission.ends_with_return and self.run.state is RunState.FLYING
+        return current == last_seq or (before_return and current == last_seq - 1)
+
+    @property
     def is_in_final_return(self) -> bool:
         """Whether only the return at the mission's end is left. PX4 does not resume it: its mission is finished."""
         current = self.progress.current  # another station may have made an earlier item current
@@ -253,12 +265,18 @@ class Flight:
 
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle."""
-        if state.landed is LandedState.ON_GROUND and self.was_airborne:
-            before = self.last_state if self.last_state is not None and is_airborne(self.last_state) else None
-            is_seen = before is None or not self.link.is_just_back
-            found = self.touchdown or Touchdown.of(state, before, self.run.reason, is_seen=is_seen)
-            return replace(self, touchdown=found.located(state))
-        return replace(self, touchdown=None) if is_airborne(state) else self
+        is_back = self.link.is_just_back
+        if is_airborne(state) or not self.was_airborne:
+            self = replace(self, touchdown=None, in_sight=self.in_sight if is_back else state)
+        has_flown = self.was_airborne or (is_back and self.mission_done)
+        if state.landed is not LandedState.ON_GROUND or not has_flown:
+            return self
+        found, is_seen = self.touchdown, self.in_sight is None or not is_back
+        if found is None:
+            found = Touchdown.of(state, self.in_sight, self.run.reason, is_seen=is_seen)
+        elif is_back and not self.mission_done:
+            found = found.lost_sight_of(state)
+        return replace(self, touchdown=found.located(state))
 
     def having_driven(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle. What was not seen before the mission was done is not on it."""

@@ -47,6 +47,15 @@ class Touchdown(NamedTuple):
             home = before.home or home
         return cls(state, mode, home, reason, is_seen)
 
+    @property
+    def cause(self) -> Reason | None:
+        """What brought it down, as far as that is known."""
+        return self.reason if self.is_seen else Reason.of(ReasonCode.LANDING_UNSEEN)
+
+    def lost_sight_of(self, state: VehicleState) -> Touchdown:
+        """After a loss of the link on the ground: it may have flown on, and have landed again."""
+        return self._replace(state=state, is_seen=False)
+
     def located(self, state: VehicleState) -> Touchdown:
         """With the first position of the vehicle since it stands there. After a loss of the link it may come late."""
         return self if self._has_position else self._replace(state=state)
@@ -75,8 +84,7 @@ class Touchdown(NamedTuple):
         is_known = mode is not FlightMode.DESCEND  # PX4 descends where it has no position
         if is_known and any(self._is_at(*place, near_m) for place in places):
             return None
-        unseen, seen = Reason.of(ReasonCode.LANDING_UNSEEN), self.reason or Reason.of(ReasonCode.VEHICLE_LANDS)
-        return Reason.of(ReasonCode.LANDED_ELSEWHERE, unseen if is_by_mission else seen)
+        return Reason.of(ReasonCode.LANDED_ELSEWHERE, self.cause or Reason.of(ReasonCode.VEHICLE_LANDS))
 
     def _returns_to(self, mission: Mission) -> Iterator[tuple[float, float]]:
         """Latitude and longitude of home, of the rally points, and of landings: RTL_TYPE says which PX4 may take."""

@@ -357,6 +357,7 @@ def _time_items(flight: Flight, observed: Observation) -> Flight:
         flight.segment.releases,
         was_airborne=flight.was_airborne,
         is_paused=paused,
+        is_just_back=flight.link.is_just_back,
     )
     flight = replace(flight, item_clock=item_clock)
     for item in ended:
@@ -398,13 +399,13 @@ def _over(flight: Flight, observed: Observation, reason: Reason | None) -> Fligh
         returns_at_end=flight.segment.mission.ends_with_return,
         lands_at_end=flight.segment.mission.ends_with_landing,
         elsewhere=flight.why_elsewhere,
-        landed_for=None if flight.touchdown is None else flight.touchdown.reason,
+        landed_for=None if flight.touchdown is None else flight.touchdown.cause,
     )
     return _end(flight, observed, last, why)
 
 
 def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFacts:
-    run, progress = flight.run, flight.progress
+    run = flight.run
     return PhaseFacts(
         state=state,
         vehicle_type=flight.segment.plan.vehicle_type,
@@ -416,7 +417,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         is_unobeyed=run.commanded in OBEYED_IN and flight.command.obeyed != run.commanded,
         was_armed=flight.was_armed,
         after_offboard=flight.offboard.had_it,
-        at_last_item=progress.current == progress.last_seq,
+        at_last_item=flight.is_at_last_item,
         mode_is_settled=flight.mode.is_settled(now_s),
         by_failsafe=flight.mode.by_failsafe,
         was_returning=run.state is RunState.RETURNING,

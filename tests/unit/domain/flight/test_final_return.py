@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState, MissionState
 from tests.support.flown_flights import DROP
-from tests.support.told_flight import Told
+from tests.support.told_flight import LAST_SEQ, Told
 
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
 
@@ -89,6 +91,20 @@ def test_hold_for_a_moment_before_the_return_begins_is_nobody_elses() -> None:
     told.see(1.0, mode=FlightMode.HOLD, mission_seq=len(told.flight.segment.mission.items) - 1)
     told.see(3.0, mode=FlightMode.RETURN)
     assert RunState.PAUSED not in told.states
+
+
+def test_hold_before_the_return_shows_as_current_is_no_pause() -> None:
+    """PX4: "Mission finished, loitering", then MISSION_CURRENT with the return, then Return mode."""
+    told = Told()
+    told.see(mission_seq=LAST_SEQ - 1)
+    told.see(0.2, mode=FlightMode.HOLD)
+    told.see(0.2, mission_seq=LAST_SEQ)
+    told.see(3.0, mode=FlightMode.RETURN, mission_state=MissionState.COMPLETE)
+    assert RunState.PAUSED not in told.states
+    stopped = Told()
+    stopped.see(mission_seq=LAST_SEQ - 1)
+    stopped.see(5.0, mode=FlightMode.HOLD)
+    assert stopped.run.state is RunState.PAUSED, "it stays in Hold: somebody holds it there"
 
 
 def test_a_return_is_nobody_elses_until_the_vehicle_obeys_the_landing_commanded_on_it() -> None:
@@ -197,27 +213,77 @@ def test_a_drop_that_the_vehicle_was_only_on_its_way_to_is_not_flown() -> None:
     assert told.flight.segment.mission.plan_item_of[min(DROP.hold_seqs)] not in told.run.flown_item_ids
 
 
+UNSEEN = Reason.of(ReasonCode.LANDING_UNSEEN)
+ELSEWHERE = Reason.of(ReasonCode.LANDED_ELSEWHERE, UNSEEN)
+AWAY_DEG = 0.002
+
+
+@pytest.mark.parametrize("home_first", [False, True])
+@pytest.mark.parametrize("mode", [FlightMode.HOLD, FlightMode.LAND], ids=["disarmed", "still armed"])
 @pytest.mark.parametrize(
-    ("north_deg", "state", "reason"),
-    [
-        (0.00001, RunState.COMPLETED, None),
-        (
-            0.002,
-            RunState.FAILED,
-            Reason.of(ReasonCode.LANDED_ELSEWHERE, Reason.of(ReasonCode.LANDING_UNSEEN)),
-        ),
-    ],
+    ("north_deg", "end"),
+    [(0.00001, (RunState.COMPLETED, None)), (AWAY_DEG, (RunState.FAILED, ELSEWHERE))],
+    ids=["at home", "elsewhere"],
 )
 def test_a_return_whose_link_is_lost_is_judged_by_where_the_vehicle_stands(
-    north_deg: float, state: RunState, reason: Reason | None
+    north_deg: float, end: tuple[RunState, Reason | None], mode: FlightMode, home_first: bool
 ) -> None:
-    """The link is back a moment before EXTENDED_SYS_STATE, and the position comes after it."""
+    """The link is back a moment before EXTENDED_SYS_STATE, and the position comes after it. As the vehicle disarms, PX4
+    moves home, and may say so before it says that it has landed.
+    """
     told = Told()
     told.see(home=HOME, latitude_deg=47.4)
     told.return_at_end()
     told.see(20.0, connected=False)
-    told.see(0.5, connected=True, position_age_s=21.0)
+    there_deg = HOME.latitude_deg + north_deg
+    moved = {"home": replace(HOME, latitude_deg=there_deg)}
+    told.see(0.5, connected=True, position_age_s=21.0, mode=mode, **(moved if home_first else {}))
     told.see(0.5, landed=LandedState.ON_GROUND)
-    told.see(1.0, position_age_s=0.1, latitude_deg=HOME.latitude_deg + north_deg)
+    told.see(1.0, position_age_s=0.1, latitude_deg=there_deg, **moved)
     told.disarm(FlightMode.HOLD)
-    assert (told.run.state, told.run.reason) == (state, reason)
+    assert (told.run.state, told.run.reason) == end
+
+
+@pytest.mark.parametrize("seen_in_air", [True, False])
+def test_a_mission_that_ended_unseen_before_its_end_says_that_nobody_saw_it(seen_in_air: bool) -> None:
+    told = Told()
+    told.see(home=HOME, landed=LandedState.IN_AIR if seen_in_air else LandedState.ON_GROUND)
+    told.see(20.0, connected=False)
+    told.see(0.5, connected=True, mode=FlightMode.HOLD, landed=LandedState.ON_GROUND)
+    told.disarm(FlightMode.HOLD)
+    assert told.run.state is RunState.FAILED
+    if seen_in_air:
+        assert told.run.reason == Reason.of(ReasonCode.ENDED_EARLY_BECAUSE, UNSEEN)
+
+
+def test_a_flight_that_nobody_saw_at_all_is_judged_by_its_place() -> None:
+    told = Told()
+    told.see(home=HOME, landed=LandedState.ON_GROUND)
+    told.see(60.0, connected=False)
+    away = {"latitude_deg": HOME.latitude_deg + AWAY_DEG, "home": replace(HOME, latitude_deg=47.5)}
+    done = {"mission_seq": LAST_SEQ, "mission_state": MissionState.COMPLETE}
+    told.see(1.0, connected=True, mode=FlightMode.HOLD, **done, **away)
+    told.disarm(FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (RunState.FAILED, ELSEWHERE)
+
+
+@pytest.mark.parametrize("seen", [True, False])
+@pytest.mark.parametrize(
+    ("north_deg", "end"),
+    [(0.0, (RunState.COMPLETED, None)), (AWAY_DEG, (RunState.FAILED, ELSEWHERE))],
+    ids=["at home", "elsewhere"],
+)
+def test_a_landing_on_the_way_is_not_taken_for_the_last_one_after_a_loss_of_the_link(
+    north_deg: float, end: tuple[RunState, Reason | None], seen: bool
+) -> None:
+    told = Told()
+    yard = {"latitude_deg": HOME.latitude_deg + 0.001, "landed": LandedState.ON_GROUND}
+    told.see(home=HOME)
+    if not seen:
+        told.see(6.0, connected=False)
+    told.see(5.0, connected=True, **yard)
+    told.see(90.0, connected=False)
+    told.see(0.5, connected=True, mission_seq=LAST_SEQ, mission_state=MissionState.COMPLETE, position_age_s=90.0)
+    told.see(1.0, latitude_deg=HOME.latitude_deg + north_deg, position_age_s=0.1)
+    told.disarm(FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == end

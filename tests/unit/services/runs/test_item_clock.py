@@ -60,7 +60,7 @@ def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
         nonlocal clock
         state = VehicleState(connected=True, mode=mode, boot_time_s=boot_s, position_age_s=0.0)
         seen = VehicleSnapshot(state, boot_s, boot_s, 1.0)
-        clock, ended = clock.observe(seen, progress, (), was_airborne=True, is_paused=is_paused)
+        clock, ended = clock.observe(seen, progress, (), was_airborne=True, is_paused=is_paused, is_just_back=False)
         noted.extend(ended)
 
     look(100.0, FlightMode.MISSION)
@@ -70,6 +70,23 @@ def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
     progress = progress.now_current(1)
     look(105.5, FlightMode.MISSION)
     assert noted == [RunItemEnded(item_id="takeoff", began_s=100.0, ended_s=105.5, paused_s=3.0)]
+
+
+def test_an_item_that_ends_as_the_link_is_just_back_ended_nobody_knows_when() -> None:
+    plan = parse_plan((PLANS / "clinic-run.json").read_text())
+    mission = compile_plan(plan, default_facts(VehicleType.MULTICOPTER))
+    progress, clock = MissionProgress.of(mission).now_current(0), ItemClock.of(mission)
+    noted: list[RunItemEnded] = []
+    for boot_s, seq in ((100.0, 0), (140.0, 0), (140.7, 1)):
+        progress = progress.now_current(seq)
+        state = VehicleState(connected=True, mode=FlightMode.MISSION, boot_time_s=boot_s, position_age_s=0.0)
+        seen = VehicleSnapshot(state, boot_s, boot_s, 1.0)
+        is_back = boot_s > 100.0
+        clock, ended = clock.observe(
+            seen, progress, (), was_airborne=True, is_paused=False, is_just_back=is_back
+        )  # MISSION_CURRENT comes once a second
+        noted.extend(ended)
+    assert [(item.item_id, item.ended_s) for item in noted] == [("takeoff", None)]
 
 
 async def test_the_comparison_is_made_of_the_runs_own_events() -> None:
