@@ -68,7 +68,8 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         if step.index in broken or area.allows(path.shape) or _way_round(context, area, path) is not None:
             continue
         broken.add(step.index)
-        inside = _allows(context, area, step.end) and not step.item.circles()
+        allows_end = _allows(context, area, step.end)
+        inside = allows_end and not step.item.circles()
         message = "the leg to this item leaves the geofence" if inside else "this item violates the geofence"
         if step.item.goes_home:
             setting = context.behaviour.returns.setting
@@ -76,7 +77,8 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         if step.item.jumps_to() is not None:
             message = "the leg back to the jump target leaves the geofence"
         hint = "stay inside the inclusions and outside the exclusions: add a waypoint, or change the geofence"
-        from_home = step.index <= first or _is_beyond_flat_earth(path.shape)
+        from_home = step.index <= first and (allows_end or step.item.point() is None)
+        from_home = from_home or _is_beyond_flat_earth(path.shape)
         yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home and not context.knows_home else ())
 
 

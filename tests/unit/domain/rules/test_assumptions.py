@@ -116,6 +116,14 @@ def test_whether_a_plan_without_places_stays_inside_its_fence_rests_on_where_hom
     assert "geofence.leg_outside" not in errors(checked)
 
 
+def test_a_place_in_an_exclusion_is_refused_wherever_home_is() -> None:
+    up: Json = {"type": "takeoff", "relative_altitude_m": 20.0}
+    corners = [at(-50, -50), at(-50, 50), at(50, 50), at(50, -50)]
+    fence = {"polygons": [{"kind": "exclusion", "vertices": corners}]}
+    checked = plan("multicopter", up, {**waypoint(), **at(0.0, 0.0)}, home=None, geofence=fence)
+    assert "geofence.leg_outside" in errors(checked)
+
+
 def test_whether_a_polygon_of_the_least_area_has_one_rests_on_where_home_is() -> None:
     """Metres of the local frame differ by parts in a thousand from one home to another."""
     corners = [
