@@ -188,6 +188,12 @@ class Mission:
         return bool(self.items) and self.is_return(len(self.items) - 1)
 
     @property
+    def last_place_seq(self) -> int:
+        """The last item with a place; 0 if none has one."""
+        places = (item.seq for item in reversed(self.items) if item.frame is not MavFrame.MISSION)
+        return next(places, 0)
+
+    @property
     def ends_with_landing(self) -> bool:
         """Whether its last item is a landing at a place."""
         return bool(self.items) and self.items[-1].command in LANDINGS

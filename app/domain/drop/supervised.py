@@ -97,7 +97,7 @@ def finish_and_resume(
 
 def acks_prove_nothing(drop: DropMachine) -> bool:
     """Whether the vehicle's answer could have been sent by anybody."""
-    return drop.last_seen is None or drop.last_seen.link_is_open
+    return drop.last_seen is not None and drop.last_seen.link_is_open
 
 
 def still_waits(drop: DropMachine, seen: DropObservation, needed_s: float) -> bool:

@@ -247,7 +247,8 @@ class DropMachine:
         """The machine at first (no `attempts`, no `questions` were), or after a restart of ours.
 
         Releases that were sent and not answered are never repeated; their effect can only be observed. Earlier consent
-        is void. `opened`: see the class. `accepted`: ACCEPTED is recorded, and the outcome is not.
+        is void. `opened`: see the class. `accepted`: ACCEPTED is recorded, of a link that was not open, and the outcome
+        is not.
         """
         consent = ConsentGate(ConsentState.PENDING, questions) if terms.needs_consent else ConsentGate()
         if attempts == 0:

@@ -12,7 +12,7 @@ from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, consent_event
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
-from app.domain.flight.landing import Touchdown
+from app.domain.flight.landing import Touchdown, is_near
 from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
@@ -236,12 +236,15 @@ class Flight:
         """Whether it is unknown which of two missions the vehicle flies."""
         return self.change is not None and self.change.is_open
 
-    @property
-    def is_at_last_item(self) -> bool:
-        """Whether the mission's last item is flown, or the one before its return: PX4 holds for a moment in between."""
-        current, last_seq = self.progress.current, self.progress.last_seq
-        before_return = self.segment.mission.ends_with_return and self.run.state is RunState.FLYING
-        return current == last_seq or (before_return and current == last_seq - 1)
+    def is_at_last_item(self, state: VehicleState) -> bool:
+        """Whether the mission's last item is flown, or the place before its return is reached: PX4 holds for a moment
+        in between.
+        """
+        current, mission = self.progress.current, self.segment.mission
+        if current == self.progress.last_seq or current is None:
+            return current is not None
+        is_flying = mission.ends_with_return and self.run.state is RunState.FLYING
+        return is_flying and current >= mission.last_place_seq and is_near(state, mission.items[mission.last_place_seq])
 
     @property
     def is_in_final_return(self) -> bool:
@@ -266,17 +269,17 @@ class Flight:
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle."""
         is_back = self.link.is_just_back
-        if is_airborne(state) or not self.was_airborne:
-            self = replace(self, touchdown=None, in_sight=self.in_sight if is_back else state)
         has_flown = self.was_airborne or (is_back and self.mission_done)
-        if state.landed is not LandedState.ON_GROUND or not has_flown:
+        if is_airborne(state) or not has_flown:
+            return replace(self, touchdown=None, in_sight=self.in_sight if is_back else state)
+        if state.landed is not LandedState.ON_GROUND:
             return self
-        found, is_seen = self.touchdown, self.in_sight is None or not is_back
+        found, restarted = self.touchdown, self.in_sight is None and self.link.was_away
         if found is None:
-            found = Touchdown.of(state, self.in_sight, self.run.reason, is_seen=is_seen)
+            found = Touchdown.of(state, self.in_sight, self.run.reason, is_seen=not (is_back or restarted))
         elif is_back and not self.mission_done:
             found = found.lost_sight_of(state)
-        return replace(self, touchdown=found.located(state))
+        return replace(self, was_airborne=True, touchdown=found.located(state))
 
     def having_driven(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle. What was not seen before the mission was done is not on it."""

@@ -18,16 +18,18 @@ _SAYS_NOTHING: Final = frozenset({None, FlightMode.HOLD})
 """PX4 goes back to Hold as it disarms."""
 _NEAR_M: Final = 15.0
 _NEAR_RUNWAY_M: Final = 200.0
+_TURNS_WITHIN_M: Final = 100.0
 _LANDED_BY_HAND: Final = frozenset({VehicleType.FIXED_WING, VehicleType.AIRSHIP})
 """These need a strip or a crew."""
+_UNSEEN: Final = Reason.of(ReasonCode.LANDING_UNSEEN)
 _FRESH_S: Final = 3.0
 """An older position may be from before it was lost."""
 
 
 class Touchdown(NamedTuple):
     """The vehicle as it came to stand on the ground. `mode` and `home`: those of its descent, as far as it was seen;
-    PX4 moves home to the place as it disarms there. `reason`: of the run's state until then. Not `is_seen`: the link
-    was lost in the air, and what the vehicle flew then is not known.
+    PX4 moves home to the place as it disarms there. `reason`: why it came down, as the run said until then. Not
+    `is_seen`: the link was lost before, and what the vehicle flew then is not known.
     """
 
     state: VehicleState
@@ -45,16 +47,16 @@ class Touchdown(NamedTuple):
         if before is not None:
             mode = before.mode if mode in _SAYS_NOTHING else mode
             home = before.home or home
-        return cls(state, mode, home, reason, is_seen)
-
-    @property
-    def cause(self) -> Reason | None:
-        """What brought it down, as far as that is known."""
-        return self.reason if self.is_seen else Reason.of(ReasonCode.LANDING_UNSEEN)
+        if before is None:  # after a restart: the run says what brought it down, if it is still in that mode
+            is_known = mode not in (*_BY_MISSION, FlightMode.RETURN)
+        else:
+            is_known = before.in_failsafe and before.mode is mode
+        return cls(state, mode, home, reason if is_seen or is_known else _UNSEEN, is_seen)
 
     def lost_sight_of(self, state: VehicleState) -> Touchdown:
         """After a loss of the link on the ground: it may have flown on, and have landed again."""
-        return self._replace(state=state, is_seen=False)
+        keeps_reason = self.state.in_failsafe or not self.is_seen
+        return self._replace(state=state, is_seen=False, reason=self.reason if keeps_reason else _UNSEEN)
 
     def located(self, state: VehicleState) -> Touchdown:
         """With the first position of the vehicle since it stands there. After a loss of the link it may come late."""
@@ -84,7 +86,7 @@ class Touchdown(NamedTuple):
         is_known = mode is not FlightMode.DESCEND  # PX4 descends where it has no position
         if is_known and any(self._is_at(*place, near_m) for place in places):
             return None
-        return Reason.of(ReasonCode.LANDED_ELSEWHERE, self.cause or Reason.of(ReasonCode.VEHICLE_LANDS))
+        return Reason.of(ReasonCode.LANDED_ELSEWHERE, self.reason or Reason.of(ReasonCode.VEHICLE_LANDS))
 
     def _returns_to(self, mission: Mission) -> Iterator[tuple[float, float]]:
         """Latitude and longitude of home, of the rally points, and of landings: RTL_TYPE says which PX4 may take."""
@@ -103,6 +105,13 @@ class Touchdown(NamedTuple):
             return False
         away_m = distance_m(self.state.latitude_deg, self.state.longitude_deg, latitude_deg, longitude_deg)
         return away_m <= near_m
+
+
+def is_near(state: VehicleState, item: MissionItem) -> bool:
+    """Whether the vehicle has come to a place of its mission, or turns there."""
+    if state.latitude_deg is None or state.longitude_deg is None:
+        return False
+    return distance_m(state.latitude_deg, state.longitude_deg, *_place(item)) <= _TURNS_WITHIN_M
 
 
 def _place(item: MissionItem) -> tuple[float, float]:

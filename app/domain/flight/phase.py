@@ -8,7 +8,7 @@ from typing import Final
 
 from app.domain.flight.landing import RETURNS
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import RunAction, RunState
+from app.domain.run.run import HOLDS, RunAction, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
@@ -173,7 +173,8 @@ def _why_through_hold(facts: PhaseFacts) -> Reason | None:
 def _why_paused(facts: PhaseFacts) -> Reason:
     """The pause for offboard control was commanded; resuming after it was not."""
     if not facts.after_offboard:
-        return Reason.of(ReasonCode.PAUSED_AS_ASKED)
+        by_plan = facts.commanded is RunAction.CONTINGENCY_HOLD
+        return Reason.of(ReasonCode.HOLDING_AFTER_FAILED_DROP if by_plan else ReasonCode.PAUSED_AS_ASKED)
     return Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE if facts.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
 
 
@@ -193,7 +194,7 @@ def _why_stopped(facts: PhaseFacts) -> Reason:
 
 
 def _why_paused_on_ground(facts: PhaseFacts) -> Reason | None:
-    is_asked = facts.commanded is RunAction.PAUSE and facts.state.mode is FlightMode.HOLD
+    is_asked = facts.commanded in HOLDS and facts.state.mode is FlightMode.HOLD
     return _why_paused(facts) if is_asked else facts.paused_for
 
 
@@ -249,18 +250,12 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     PhaseRow(_HOLD, lambda f: f.pending in _THROUGH_HOLD, _S.PAUSED, _why_through_hold),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.RESUME, _S.PAUSED, _because(ReasonCode.RESUMING_AS_ASKED)),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.REFUSED, _S.PAUSED, _because(ReasonCode.CHANGE_REFUSED)),
-    PhaseRow(_HOLD, lambda f: f.commanded is RunAction.PAUSE, _S.PAUSED, _why_paused),
-    PhaseRow(
-        _HOLD,
-        lambda f: f.commanded is RunAction.CONTINGENCY_HOLD,
-        _S.PAUSED,
-        _because(ReasonCode.HOLDING_AFTER_FAILED_DROP),
-    ),
+    PhaseRow(_HOLD, lambda f: f.commanded in HOLDS, _S.PAUSED, _why_paused),
     # PX4 leaves Return mode as it disarms, and says so one by one
     PhaseRow(_HOLD, lambda f: f.comes_down and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
     PhaseRow(
         _HOLD,
-        lambda f: f.mission_done and not f.is_kept_from_return,
+        lambda f: f.mission_done and not f.is_kept_from_return and (f.mode_is_settled or not f.returns_at_end),
         _S.FLYING,
         _because(ReasonCode.HOLDS_WHERE_IT_ENDED),
     ),

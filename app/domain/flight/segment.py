@@ -15,6 +15,7 @@ from app.domain.items import Drop
 from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan import Plan
 from app.domain.run.run import IN_FLIGHT, PlanChange, Run, RunState
+from app.domain.vehicle.link_security import LinkSecurity
 
 _NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
 _NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
@@ -97,7 +98,8 @@ def segment_of(
     def supervised(drop: CompiledDrop, record: DropRecord) -> SupervisedRelease:
         offset_m = offsets.get(drop.plan_item_id) or default_max_offset_m
         target = targets.get(drop.plan_item_id)
-        return SupervisedRelease.of(drop, record, offset_m, on_failure, waited_at_s, target, mission)
+        was_open = run.link_security is LinkSecurity.OPEN
+        return SupervisedRelease.of(drop, record, offset_m, on_failure, waited_at_s, target, mission, was_open)
 
     for drop in mission.drops:
         record = run.drop(drop.plan_item_id)

@@ -399,7 +399,7 @@ def _over(flight: Flight, observed: Observation, reason: Reason | None) -> Fligh
         returns_at_end=flight.segment.mission.ends_with_return,
         lands_at_end=flight.segment.mission.ends_with_landing,
         elsewhere=flight.why_elsewhere,
-        landed_for=None if flight.touchdown is None else flight.touchdown.cause,
+        landed_for=None if flight.touchdown is None else flight.touchdown.reason,
     )
     return _end(flight, observed, last, why)
 
@@ -417,7 +417,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         is_unobeyed=run.commanded in OBEYED_IN and flight.command.obeyed != run.commanded,
         was_armed=flight.was_armed,
         after_offboard=flight.offboard.had_it,
-        at_last_item=flight.is_at_last_item,
+        at_last_item=flight.is_at_last_item(state),
         mode_is_settled=flight.mode.is_settled(now_s),
         by_failsafe=flight.mode.by_failsafe,
         was_returning=run.state is RunState.RETURNING,

@@ -117,14 +117,15 @@ class SupervisedRelease:
         waited_at_s: float | None = None,
         target: Target | None = None,
         mission: Mission | None = None,
+        link_was_open: bool = False,
     ) -> SupervisedRelease:
-        """Return the drop of a record. Earlier consent requests are void."""
+        """Return the drop of a record. Earlier consent requests are void, and so are acks of an open link."""
         is_doubtful = record.attempts > 0 and record.commanded_at is None  # of a run that was taken over
         others = None if mission is None else other_gripper_items(mission, compiled, is_doubtful=is_doubtful)
         terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s, others)
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
-        accepted = record.acknowledged_result is MavResult.ACCEPTED
+        accepted = record.acknowledged_result is MavResult.ACCEPTED and not link_was_open
         machine = DropMachine.recovered(terms, record.attempts, opened=opened, questions=questions, accepted=accepted)
         waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
         if record.consent is not None and record.attempts == 0 and record.phase is not DropPhase.DONE:

@@ -299,11 +299,14 @@ def test_after_our_restart_an_acceptance_that_was_recorded_counts(
     assert not any(isinstance(e, SendRelease) for e in flight.effects)
 
 
-def test_after_our_restart_an_acceptance_on_a_link_of_which_nothing_is_known_proves_nothing() -> None:
+def test_after_our_restart_an_acceptance_that_was_recorded_counts_though_the_vehicle_is_never_heard_again() -> None:
     flight = Flight()
     flight.machine = DropMachine.recovered(TERMS, attempts=1, accepted=True)
     flight.end()
-    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+    assert flight.finish is not None
+    assert flight.finish.reason is not None
+    assert flight.finish.reason.code is ReasonCode.DROP_ACKNOWLEDGED_THEN
 
 
 def test_after_our_restart_amid_a_hold_it_is_not_said_to_be_over() -> None:

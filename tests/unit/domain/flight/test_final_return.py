@@ -9,7 +9,7 @@ import pytest
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState, MissionState
-from tests.support.flown_flights import DROP
+from tests.support.flown_flights import DROP, MISSION
 from tests.support.told_flight import LAST_SEQ, Told
 
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
@@ -96,15 +96,22 @@ def test_hold_for_a_moment_before_the_return_begins_is_nobody_elses() -> None:
 def test_hold_before_the_return_shows_as_current_is_no_pause() -> None:
     """PX4: "Mission finished, loitering", then MISSION_CURRENT with the return, then Return mode."""
     told = Told()
-    told.see(mission_seq=LAST_SEQ - 1)
+    last = MISSION.items[LAST_SEQ - 1]
+    told.see(mission_seq=LAST_SEQ - 1, latitude_deg=last.x / 1e7, longitude_deg=last.y / 1e7)
     told.see(0.2, mode=FlightMode.HOLD)
     told.see(0.2, mission_seq=LAST_SEQ)
     told.see(3.0, mode=FlightMode.RETURN, mission_state=MissionState.COMPLETE)
     assert RunState.PAUSED not in told.states
-    stopped = Told()
-    stopped.see(mission_seq=LAST_SEQ - 1)
-    stopped.see(5.0, mode=FlightMode.HOLD)
-    assert stopped.run.state is RunState.PAUSED, "it stays in Hold: somebody holds it there"
+
+
+@pytest.mark.parametrize(("north_deg", "held_s"), [(0.0, 5.0), (-0.005, 0.2)], ids=["there", "on its way"])
+def test_hold_on_the_way_to_the_return_is_a_pause(north_deg: float, held_s: float) -> None:
+    told = Told()
+    last = MISSION.items[LAST_SEQ - 1]
+    place = {"latitude_deg": last.x / 1e7 + north_deg, "longitude_deg": last.y / 1e7}
+    told.see(mission_seq=LAST_SEQ - 1, **place)
+    told.see(held_s, mode=FlightMode.HOLD)
+    assert told.run.state is RunState.PAUSED
 
 
 def test_a_return_is_nobody_elses_until_the_vehicle_obeys_the_landing_commanded_on_it() -> None:
@@ -256,13 +263,14 @@ def test_a_mission_that_ended_unseen_before_its_end_says_that_nobody_saw_it(seen
         assert told.run.reason == Reason.of(ReasonCode.ENDED_EARLY_BECAUSE, UNSEEN)
 
 
-def test_a_flight_that_nobody_saw_at_all_is_judged_by_its_place() -> None:
+@pytest.mark.parametrize("late_s", [1.0, 4.0])
+def test_a_flight_that_nobody_saw_at_all_is_judged_by_its_place(late_s: float) -> None:
     told = Told()
     told.see(home=HOME, landed=LandedState.ON_GROUND)
     told.see(60.0, connected=False)
     away = {"latitude_deg": HOME.latitude_deg + AWAY_DEG, "home": replace(HOME, latitude_deg=47.5)}
     done = {"mission_seq": LAST_SEQ, "mission_state": MissionState.COMPLETE}
-    told.see(1.0, connected=True, mode=FlightMode.HOLD, **done, **away)
+    told.see(late_s, connected=True, mode=FlightMode.HOLD, **done, **away)
     told.disarm(FlightMode.HOLD)
     assert (told.run.state, told.run.reason) == (RunState.FAILED, ELSEWHERE)
 
@@ -287,3 +295,15 @@ def test_a_landing_on_the_way_is_not_taken_for_the_last_one_after_a_loss_of_the_
     told.see(1.0, latitude_deg=HOME.latitude_deg + north_deg, position_age_s=0.1)
     told.disarm(FlightMode.HOLD)
     assert (told.run.state, told.run.reason) == end
+
+
+def test_the_cause_of_a_landing_that_began_in_sight_is_told_though_its_end_was_not_seen() -> None:
+    told = Told()
+    told.see(home=HOME, latitude_deg=HOME.latitude_deg + AWAY_DEG)
+    told.see(10.0, mode=FlightMode.LAND, landed=LandedState.LANDING, in_failsafe=True)
+    because = told.run.reason
+    assert because == Reason.of(ReasonCode.FAILSAFE_MODE, mode="land")
+    told.see(5.0, connected=False)
+    told.see(1.0, connected=True, landed=LandedState.ON_GROUND)
+    told.disarm(FlightMode.HOLD)
+    assert told.run.reason == Reason.of(ReasonCode.LANDED_ELSEWHERE, because)
