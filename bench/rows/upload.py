@@ -46,22 +46,23 @@ SETTLE_S: Final = 0.1
 
 
 class Uploads:
-    """A dispatch system on the stream of a service."""
+    """A dispatch system that follows each of its runs on a stream; one that is not read in between would be closed."""
 
-    def __init__(self, http: aiohttp.ClientSession, url: str, stream: aiohttp.ClientWebSocketResponse) -> None:
+    def __init__(self, http: aiohttp.ClientSession, url: str) -> None:
         self._http = http
         self._runs_url = f"{url}/api/v1/runs"
+        self._stream_url = f"{url}/api/v1/stream"
         self._dispatcher = Dispatcher(http, url)
-        self._stream = stream
 
     async def ms(self, plan_id: str, vehicle_id: str) -> float:
         """From the request to the event of the run that is uploaded, which follows the verification."""
-        begun_s = time.perf_counter()
-        run_id = await self._created(plan_id, vehicle_id)
-        await self._until(run_id, "uploaded")
-        took_ms = (time.perf_counter() - begun_s) * 1e3
-        await self._dispatcher.post(f"/runs/{run_id}/abort")
-        await self._until(run_id, "aborted")
+        async with self._http.ws_connect(self._stream_url) as stream:
+            begun_s = time.perf_counter()
+            run_id = await self._created(plan_id, vehicle_id)
+            await self._until(stream, run_id, "uploaded")
+            took_ms = (time.perf_counter() - begun_s) * 1e3
+            await self._dispatcher.post(f"/runs/{run_id}/abort")
+            await self._until(stream, run_id, "aborted")
         await asyncio.sleep(SETTLE_S)
         return took_ms
 
@@ -75,10 +76,11 @@ class Uploads:
                         return str((await answer.json())["id"])
                 await asyncio.sleep(LOOK_S)
 
-    async def _until(self, run_id: str, state: str) -> None:
+    @staticmethod
+    async def _until(stream: aiohttp.ClientWebSocketResponse, run_id: str, state: str) -> None:
         async with asyncio.timeout(UPLOAD_S):
             while True:
-                said = json.loads(await self._stream.receive_str())
+                said = json.loads(await stream.receive_str())
                 event = said.get("event", {})
                 if event.get("run_id") == run_id and event["kind"] == "run.changed":
                     if event["data"]["state"] == state:
@@ -132,12 +134,7 @@ async def prepared(items: int, *, vehicles: int = 1, lossy: bool = False) -> Asy
         service = stack.enter_context(ServiceProcess(Path(folder) / "data", fleet.connections[:vehicles]))
         http = await stack.enter_async_context(aiohttp.ClientSession())
         dispatcher = Dispatcher(http, service.url)
-        ours = {
-            vehicle_id: Uploads(
-                http, service.url, await stack.enter_async_context(http.ws_connect(f"{service.url}/api/v1/stream"))
-            )
-            for vehicle_id in await dispatcher.until_vehicles(vehicles)
-        }
+        ours = {vehicle_id: Uploads(http, service.url) for vehicle_id in await dispatcher.until_vehicles(vehicles)}
         systems = [await found(instance) for instance in natives]
         plan = await dispatcher.post("/plans", document)
         if lossy:
