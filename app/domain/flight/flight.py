@@ -267,7 +267,9 @@ class Flight:
         return self.touchdown.why_elsewhere(self.segment.mission, self.run.commanded, vehicle_type)
 
     def having_landed(self, state: VehicleState) -> Flight:
-        """After an observation of a connected vehicle."""
+        """After an observation of a connected vehicle. One whose mission was done while the link was lost has flown.
+        A landing on the way may have been followed by another one in a loss of the link, the last one not.
+        """
         is_back = self.link.is_just_back
         has_flown = self.was_airborne or (is_back and self.mission_done)
         if is_airborne(state) or not has_flown:

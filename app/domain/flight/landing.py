@@ -18,9 +18,10 @@ _SAYS_NOTHING: Final = frozenset({None, FlightMode.HOLD})
 """PX4 goes back to Hold as it disarms."""
 _NEAR_M: Final = 15.0
 _NEAR_RUNWAY_M: Final = 200.0
-_TURNS_WITHIN_M: Final = 100.0
 _LANDED_BY_HAND: Final = frozenset({VehicleType.FIXED_WING, VehicleType.AIRSHIP})
 """These need a strip or a crew."""
+_TURNS_WITHIN_M: Final = 100.0
+"""A fixed wing turns away before a place that it flies through."""
 _UNSEEN: Final = Reason.of(ReasonCode.LANDING_UNSEEN)
 _FRESH_S: Final = 3.0
 """An older position may be from before it was lost."""
@@ -42,19 +43,22 @@ class Touchdown(NamedTuple):
     def of(
         cls, state: VehicleState, before: VehicleState | None, reason: Reason | None, *, is_seen: bool = True
     ) -> Touchdown:
-        """`before` is the observation before, of a vehicle in the air."""
+        """`before` is the last observation before it, None after a restart. The reason of a landing that was not seen
+        is known if it was coming down before, or still is in a mode that is not the mission's.
+        """
         mode, home = state.mode, state.home
-        if before is not None:
-            mode = before.mode if mode in _SAYS_NOTHING else mode
-            home = before.home or home
-        if before is None:  # after a restart: the run says what brought it down, if it is still in that mode
+        if before is None:
             is_known = mode not in (*_BY_MISSION, FlightMode.RETURN)
         else:
+            mode = before.mode if mode in _SAYS_NOTHING else mode
+            home = before.home or home
             is_known = before.in_failsafe and before.mode is mode
         return cls(state, mode, home, reason if is_seen or is_known else _UNSEEN, is_seen)
 
     def lost_sight_of(self, state: VehicleState) -> Touchdown:
-        """After a loss of the link on the ground: it may have flown on, and have landed again."""
+        """After a loss of the link on the ground: it may have flown on, and landed again. One that a failsafe had
+        brought down has not.
+        """
         keeps_reason = self.state.in_failsafe or not self.is_seen
         return self._replace(state=state, is_seen=False, reason=self.reason if keeps_reason else _UNSEEN)
 

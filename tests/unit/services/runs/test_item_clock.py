@@ -73,6 +73,7 @@ def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
 
 
 def test_an_item_that_ends_as_the_link_is_just_back_ended_nobody_knows_when() -> None:
+    """MISSION_CURRENT comes once a second: the first look after the loss may show what was current before."""
     plan = parse_plan((PLANS / "clinic-run.json").read_text())
     mission = compile_plan(plan, default_facts(VehicleType.MULTICOPTER))
     progress, clock = MissionProgress.of(mission).now_current(0), ItemClock.of(mission)
@@ -81,10 +82,9 @@ def test_an_item_that_ends_as_the_link_is_just_back_ended_nobody_knows_when() ->
         progress = progress.now_current(seq)
         state = VehicleState(connected=True, mode=FlightMode.MISSION, boot_time_s=boot_s, position_age_s=0.0)
         seen = VehicleSnapshot(state, boot_s, boot_s, 1.0)
-        is_back = boot_s > 100.0
         clock, ended = clock.observe(
-            seen, progress, (), was_airborne=True, is_paused=False, is_just_back=is_back
-        )  # MISSION_CURRENT comes once a second
+            seen, progress, (), was_airborne=True, is_paused=False, is_just_back=boot_s > 100.0
+        )
         noted.extend(ended)
     assert [(item.item_id, item.ended_s) for item in noted] == [("takeoff", None)]
 
