@@ -121,7 +121,8 @@ class MissionProgress:
         delay).
         """
         passed = self._passed(through_seq)
-        if passed.flown[-1:] == (plan_item_id,):
+        is_hold = self.plan_item_of.get(through_seq) == plan_item_id
+        if is_hold and (self.passed_to >= through_seq or plan_item_id in passed.flown[len(self.flown) :]):
             return passed
         return replace(passed, flown=(*passed.flown, plan_item_id))
 

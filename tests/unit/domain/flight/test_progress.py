@@ -68,6 +68,12 @@ def test_a_supervised_drop_that_waits_in_its_own_delay_counts_once() -> None:
     assert progress.flown == ("takeoff", "yard", "drop")
 
 
+def test_a_drop_in_its_own_delay_that_the_vehicle_has_left_unseen_counts_once() -> None:
+    landed = Mission(items=mission(5).items, plan_item_of={0: "takeoff", 1: "yard", 2: "drop", 3: "leave", 4: "return"})
+    progress = MissionProgress.of(landed).now_current(0).now_current(2).now_current(4)
+    assert progress.also_flown("drop", through_seq=2).flown == ("takeoff", "yard", "drop", "leave")
+
+
 def test_reached_before_current_counts_once() -> None:
     progress = MissionProgress.of(mission(3)).now_current(1).reached(2).now_current(2).completed()
     assert progress.flown == ("i0", "i1", "i2")
