@@ -14,6 +14,7 @@ from app.domain.delivery.delivery_report import RunHistory
 from app.domain.events.run import RunCommand
 from app.domain.events.service import SimulatorFault
 from app.domain.vehicle.link_security import LinkSecurity
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.services import delivery_reports as service_reports
 from tests.support.runs_api import create, reaches
 from tests.support.service_in_process import Service
@@ -60,6 +61,19 @@ async def test_a_delivery_report_says_how_the_vehicles_link_was_protected(
     _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     assert report["link_security"] == security.value, "the weakest that it was"
     assert f"{security.value}: " in sheet
+
+
+async def test_a_delivery_report_says_where_the_vehicle_was_heard_last(service: Service, plan: dict[str, Any]) -> None:
+    run_id = await proven(service, plan)
+    service.links[0].change(landed=LandedState.IN_AIR)
+    service.links[0].move(latitude_deg=47.3981, longitude_deg=8.5461, position_age_s=0.1)
+    service.links[0].change(mode=FlightMode.LAND, landed=LandedState.ON_GROUND, armed=False)
+    run = await reaches(service, run_id, "failed")
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
+    assert report["last_position"] == run["last_position"]
+    assert (run["last_position"]["latitude_deg"], run["last_position"]["longitude_deg"]) == (47.3981, 8.5461)
+    assert "47.3981000, 8.5461000, at " in sheet
 
 
 async def test_each_entry_is_an_event_of_the_journal_with_its_hash(service: Service, plan: dict[str, Any]) -> None:

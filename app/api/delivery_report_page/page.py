@@ -16,6 +16,7 @@ from app.domain.drop.consent import ConsentRecord, ConsentState
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import EventKind
 from app.domain.reasons import Reason, describe
+from app.domain.run.run import LastPosition
 from app.domain.targets import TargetEvidence
 from app.domain.vehicle.link_security import LinkSecurity
 
@@ -149,6 +150,7 @@ def _head(report: DeliveryReport) -> str:
             ("Flight", f"{report.state.value}{': ' + describe(report.reason) if report.reason else ''}"),
             ("Requested by", report.requested_by or None),
             ("Took off, ended", f"{shown_time(report.started_at) or 'not'}, {ended or 'not yet'}"),
+            ("Last position", _position(report.last_position)),
             (
                 "Vehicle",
                 f"{report.vehicle.id}, {_words(report.vehicle.vehicle_type)},"
@@ -305,6 +307,10 @@ def _consent(consent: ConsentRecord | None) -> str | None:
     said = consent.comment or describe(consent.reason)
     why = f": {said}" if said else ""
     return f"{_CONSENTS[consent.state]}{actor}{at}{why}{asked}"
+
+
+def _position(last: LastPosition | None) -> str | None:
+    return None if last is None else f"{_place(last.latitude_deg, last.longitude_deg)}, at {shown_time(last.at)}"
 
 
 def _words(value: str | None) -> str:

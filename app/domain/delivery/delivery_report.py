@@ -15,7 +15,7 @@ from app.domain.model import Frozen
 from app.domain.plan.document import Order, document_hash
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
-from app.domain.run.run import PlanChange, Run, RunState
+from app.domain.run.run import LastPosition, PlanChange, Run, RunState
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import VehicleType
 
@@ -82,7 +82,7 @@ class DeliveryReport(Frozen):
     """The delivery report of a run. Times are in Unix seconds. It may change until `is_final`; attachments may follow.
 
     `link_security` is the weakest protection that the vehicle's link had during the run: `signed`, `pinned` or `open`;
-    null: not known.
+    null: not known. `last_position` is the newest position of the vehicle that was known as the run ended.
     `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
     of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
     order; without `is_whole`, the first of them were deleted by age. `waydrop verify-journal --anchor SEQ:HASH`
@@ -100,6 +100,7 @@ class DeliveryReport(Frozen):
     created_at: float
     started_at: float | None
     ended_at: float | None
+    last_position: LastPosition | None = None
     plan: ReportedPlan
     mission: ReportedMission
     earlier_plans: tuple[EarlierPlan, ...] = ()
@@ -222,6 +223,7 @@ def report_of(
         created_at=run.created_at,
         started_at=run.started_at,
         ended_at=run.ended_at,
+        last_position=run.last_position,
         plan=_reported_plan(run, document),
         mission=ReportedMission(hash=run.mission_hash, id=run.mission_id),
         earlier_plans=tuple(history.earlier_plans),

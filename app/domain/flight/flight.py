@@ -20,7 +20,7 @@ from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.mission import Mission
 from app.domain.reasons import Reason
-from app.domain.run.run import Run, RunAction, RunState
+from app.domain.run.run import LastPosition, Run, RunAction, RunState
 from app.domain.vehicle.clock import UNMEASURED, VehicleClock
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
@@ -342,6 +342,12 @@ class Flight:
         run = self.run.moved_to(state, now=observed.time_s, reason=reason)
         return replace(self, run=run).recording(RunChanged(run))
 
+    def ended(self, observed: Observation, state: RunState, reason: Reason | None) -> Flight:
+        """The run in its last state, with the place where somebody may have to look for the vehicle."""
+        changes = {"item_id": None, "last_position": _last_position(observed)}
+        run = self.run.model_copy(update=changes).moved_to(state, now=observed.time_s, reason=reason)
+        return replace(self, run=run).recording(RunChanged(run))
+
     def with_record(self, observed: Observation, record: DropRecord) -> Flight:
         """With the new record of one drop in the run, if it differs."""
         before = self.run.drop(record.plan_item_id)
@@ -384,3 +390,11 @@ class Flight:
             return flight
         flight = flight.recording(RunItem(seq=progress.current, phase="current", item_id=progress.item_id))
         return flight.with_run(observed, item_id=progress.item_id)
+
+
+def _last_position(observed: Observation) -> LastPosition | None:
+    state = observed.state
+    if state.latitude_deg is None or state.longitude_deg is None or state.position_age_s is None:
+        return None
+    at = observed.time_s - state.position_age_s
+    return LastPosition(latitude_deg=state.latitude_deg, longitude_deg=state.longitude_deg, at=at)

@@ -468,7 +468,7 @@ def _end(flight: Flight, observed: Observation, state: RunState, reason: Reason 
         if not release.is_over:
             left_open = reason_left_open(state, reason)
             flight = flight.with_release(observed, release.ended(left_open, observed.now_s), at_end=True)
-    return flight.with_run(observed, item_id=None).in_state(observed, state, reason)
+    return flight.ended(observed, state, reason)
 
 
 _STEPS: Final[dict[type[FlightInput], Callable[[Flight, Any], Flight]]] = {

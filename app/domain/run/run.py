@@ -95,6 +95,14 @@ class PlanChange(FrozenForm):
     at: float
 
 
+class LastPosition(FrozenForm):
+    """Where a vehicle was heard last, in degrees (GLOBAL_POSITION_INT), and when, in Unix seconds."""
+
+    latitude_deg: float
+    longitude_deg: float
+    at: float
+
+
 class TakenOver(FrozenForm):
     """A run that another gateway of its site followed before: `number` counts, and the highest number is valid.
 
@@ -125,6 +133,7 @@ class Run(FrozenForm):
     flown again.
     `taken_over` is set once another gateway of the site has taken the run over.
     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
+    `last_position` is the newest position of the vehicle that was known as the run ended; null before, and if none was.
     """
 
     id: str
@@ -155,6 +164,7 @@ class Run(FrozenForm):
     continues: str | None = None
     continued_by: str | None = None
     taken_over: TakenOver | None = None
+    last_position: LastPosition | None = None
     drops: tuple[DropRecord, ...] = ()
     created_at: float
     updated_at: float

@@ -13,7 +13,7 @@ from app.domain.jobs.queue import VehicleQueue
 from app.domain.model import Frozen
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
-from app.domain.run.run import Run, RunState
+from app.domain.run.run import LastPosition, Run, RunState
 from app.domain.webhooks.lifecycle import DeliveryEvent, Notification
 
 
@@ -39,6 +39,7 @@ class RunSummary(Frozen):
     created_at: float
     started_at: float | None
     ended_at: float | None
+    last_position: LastPosition | None
     drops: tuple[DropSummary, ...]
 
     @classmethod

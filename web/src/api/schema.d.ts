@@ -2436,7 +2436,7 @@ export interface components {
          * @description The delivery report of a run. Times are in Unix seconds. It may change until `is_final`; attachments may follow.
          *
          *     `link_security` is the weakest protection that the vehicle's link had during the run: `signed`, `pinned` or `open`;
-         *     null: not known.
+         *     null: not known. `last_position` is the newest position of the vehicle that was known as the run ended.
          *     `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
          *     of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
          *     order; without `is_whole`, the first of them were deleted by age. `waydrop verify-journal --anchor SEQ:HASH`
@@ -2466,6 +2466,8 @@ export interface components {
             started_at: number | null;
             /** Ended At */
             ended_at: number | null;
+            /** @default null */
+            last_position: components["schemas"]["LastPosition"] | null;
             plan: components["schemas"]["ReportedPlan"];
             mission: components["schemas"]["ReportedMission"];
             /**
@@ -3794,6 +3796,18 @@ export interface components {
          * @enum {string}
          */
         LandedState: "undefined" | "on_ground" | "in_air" | "taking_off" | "landing";
+        /**
+         * LastPosition
+         * @description Where a vehicle was heard last, in degrees (GLOBAL_POSITION_INT), and when, in Unix seconds.
+         */
+        LastPosition: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** At */
+            at: number;
+        };
         /**
          * LeaseChange
          * @description What became of a lease. The last three end it.
@@ -5629,6 +5643,7 @@ export interface components {
          *     flown again.
          *     `taken_over` is set once another gateway of the site has taken the run over.
          *     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
+         *     `last_position` is the newest position of the vehicle that was known as the run ended; null before, and if none was.
          */
         Run: {
             /** Id */
@@ -5729,6 +5744,8 @@ export interface components {
             continued_by: string | null;
             /** @default null */
             taken_over: components["schemas"]["TakenOver"] | null;
+            /** @default null */
+            last_position: components["schemas"]["LastPosition"] | null;
             /**
              * Drops
              * @default []

@@ -8,6 +8,7 @@ import {
   formatHeading,
   formatLinkAge,
   formatPercent,
+  formatPosition,
   formatSpeed,
   formatWholeAltitude,
   inPageUnits,
@@ -93,6 +94,10 @@ describe("the units of the page", () => {
       "2 NM",
       "10 NM",
     ]);
+  });
+
+  it("show a place with its latitude first, to a tenth of a metre", () => {
+    expect(formatPosition({ latitude_deg: 47.39774249, longitude_deg: -8.5 })).toBe("47.397742, -8.500000");
   });
 
   it("stand beside a plan's own fields, and only where they differ", () => {

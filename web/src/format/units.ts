@@ -128,6 +128,17 @@ export function formatLinkAge(value_s: number | null): string {
   return value_s !== null && value_s < 2 ? "< 2 s" : formatAge(value_s);
 }
 
+/** Degrees to a tenth of a metre. */
+export function formatPosition({
+  latitude_deg,
+  longitude_deg,
+}: {
+  latitude_deg: number;
+  longitude_deg: number;
+}): string {
+  return `${latitude_deg.toFixed(6)}, ${longitude_deg.toFixed(6)}`;
+}
+
 /** Unix seconds as local time of day. */
 export function formatClock(unix_s: number): string {
   return new Date(unix_s * 1000).toLocaleTimeString("en-GB");

@@ -5,7 +5,7 @@ import type { Run, RunState } from "../../api/types";
 import { runStateLabel, runStateTone } from "../../format/labels";
 import { formatReason } from "../../format/reasons";
 import { capitalize } from "../../format/text";
-import { formatClock, formatDuration, formatPercent } from "../../format/units";
+import { formatClock, formatDuration, formatPercent, formatPosition } from "../../format/units";
 import { reportProblem } from "../../store/notices";
 import { plansById } from "../../store/plans";
 import { hasRunEnded, newestRuns } from "../../store/runs";
@@ -149,9 +149,23 @@ function RunHead({ run }: { run: Run }) {
           ` · ${run.ended_at === null ? "in flight for" : "flight time"} ${formatDuration(Math.round(took))}`}
       </small>
       {reason !== null && <p class="run-reason">{capitalize(formatReason(reason))}</p>}
+      {isToBeFetched(run) && run.last_position !== null && <LastPosition heard={run.last_position} />}
       <RunContinuation run={run} />
       {run.rally !== null && <p class="run-rally">{capitalize(formatReason(run.rally.reason))}</p>}
     </header>
+  );
+}
+
+/** Whether the vehicle may stand where nobody planned it. */
+function isToBeFetched({ state }: Run): boolean {
+  return state === "aborted" || state === "failed" || state === "lost";
+}
+
+function LastPosition({ heard }: { heard: NonNullable<Run["last_position"]> }) {
+  return (
+    <p class="run-place">
+      Last position {formatPosition(heard)} · {formatClock(heard.at)}
+    </p>
   );
 }
 
