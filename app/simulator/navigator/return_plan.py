@@ -75,6 +75,8 @@ class FencePlanner:
         """Between the two; empty for a straight way, None without one. `start` and `end` must keep the margin."""
         if not (self.has(start) and self.has(end)):
             return None
+        if start == end:
+            return ()
         places = (*self._places, end)
         ahead, came_from, reached = [(0.0, start)], dict[Place, Place](), {start: 0.0}
         while ahead:

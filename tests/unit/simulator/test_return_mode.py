@@ -162,3 +162,16 @@ def test_newer_firmware_flies_round_an_exclusion_on_its_way_and_says_so(firmware
     assert visited[-1] == (0.0, 0.0)
     gcs.fly(0.5)
     assert ("RTL: avoiding geofence" in gcs.texts()) == (firmware == "px4-main")
+
+
+def test_a_return_that_begins_above_its_destination_goes_no_way_round() -> None:
+    gcs = GroundStation("quad", ready=False)
+    vehicle = gcs.vehicle
+    vehicle.state.status.home = Home(0.0, 0.0, 0.0)
+    vehicle.state.status.land = LandDetected(landed=False)
+    vehicle.state.body.up_m = 20.0
+    way = DirectReturn(vehicle.context, lambda: Geofence(wall(gcs), vehicle.context.frame))
+    way.start((0.0, 0.0))
+    assert vehicle.context.setpoint.point == (0.0, 0.0)
+    gcs.fly(0.5)
+    assert "RTL: avoiding geofence" not in gcs.texts()
