@@ -11,6 +11,7 @@ from app.api.websockets import CloseCode
 from app.domain.offboard.setpoints import VelocityNed
 from app.domain.vehicle.state import FlightMode
 from app.services.access import Role
+from app.services.background import background
 from tests.support.fake_links import FakeLink
 from tests.support.offboard_api import NORTH, PATH, link
 from tests.support.offboard_socket import pilot
@@ -116,6 +117,25 @@ async def test_what_is_no_frame_is_refused_and_the_socket_stays(service: Service
         refused = await ann.answer()
         assert (refused["type"], refused["code"]) == ("error", "request.invalid")
         assert (await ann.send("acquire_lease"))["type"] == "lease_granted"
+
+
+async def test_frames_that_wait_do_not_keep_the_event_loop(service: Service) -> None:
+    """All other vehicles' setpoints are sent on it."""
+    frames, turns = 500, 0
+
+    async def turn() -> None:
+        nonlocal turns
+        while True:
+            await asyncio.sleep(0)
+            turns += 1
+
+    async with pilot(service) as ann, background(turn(), "turns of the loop"):
+        for _ in range(frames):
+            await ann.socket.send_str("x")
+        before = turns
+        for _ in range(frames):
+            assert (await ann.answer())["code"] == "request.invalid"
+        assert turns - before >= frames, "a turn for the others between two frames"
 
 
 async def test_what_cannot_be_flown_is_told_by_the_close_code_and_an_override_needs_an_admin(service: Service) -> None:

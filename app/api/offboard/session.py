@@ -135,6 +135,7 @@ class OffboardSession(SocketSession):
             if self._has_lost_it():
                 return self.end(CloseCode.LEASE_ENDED)  # frames sent for a lease that has ended are ignored
             await self._answer(message.data)
+            await asyncio.sleep(0)  # buffered frames are read without a pause: yield to other tasks in between
 
     async def _answer(self, text: str) -> None:
         try:
