@@ -135,6 +135,10 @@ UNDIVIDED_EVENTS: Final = 128
 """Events that are not worth a second commit. Of more, a commit takes half: while it goes to the disk, the event loop
 answers the calls of the commit before, which record their next events."""
 
+STORED_WITHIN_S: Final = 0.5
+"""A person's command to a vehicle in flight waits this long for its record to be on disk, and is then sent all the
+same."""
+
 
 @dataclass(slots=True, eq=False)
 class _Call:

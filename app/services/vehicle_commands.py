@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import time
 from collections.abc import Awaitable, Callable, Mapping
@@ -26,7 +27,7 @@ from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandRequest, MavResult, is_late
 from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.fleet import Fleet
-from app.services.journal import Journal
+from app.services.journal import STORED_WITHIN_S, Journal
 from app.services.views import VehicleView
 
 ATTEMPTS: Final = 3
@@ -141,8 +142,10 @@ class VehicleCommands:
             raise ConflictError(
                 f"vehicle {vehicle_id} is not armed: {action} is not possible", hint="a disarmed vehicle can only hold"
             )
-        with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
-            await self._record(vehicle_id, action, actor, "sent")
+        # the journal logs an error, and stores late what it could not store in time
+        with contextlib.suppress(StorageError, TimeoutError):
+            async with asyncio.timeout(STORED_WITHIN_S):
+                await self._record(vehicle_id, action, actor, "sent")
         vehicle.commanded(action)
         try:
             await _ACTIONS[action](link)

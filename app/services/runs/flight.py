@@ -152,43 +152,46 @@ class RunFlight:
         Raises WrongStateError, LinkError.
         """
         self.changer.break_off()
-        command_name = RunCommandName(action.value)
         async with self._acting:
             self._require_in_flight(action)
             self.changer.break_off()  # one may have begun while an earlier command was pending
             if action in (RunAction.RETURN, RunAction.LAND) and await self._has_landed():
-                await self._leave_it_landed(command_name, rally)
-                return
-            self._require_in_flight(action)  # its messages may have been waited for
-            run = self._monitor.run
-            self._monitor.feed(CommandRequested(self._monitor.observation(), action, rally))
-            self._recorder.record(RunCommand(command=command_name, rally=rally))
-            try:
-                await self._recorder.flush_or_wait()  # a person's command does not wait for a disk that fails
-                with self._monitor.commanding(action):
-                    await command()
-            except asyncio.CancelledError:
-                self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
-                self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
-                raise
-            except WaydropError as error:
-                self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
-                self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
-                await self._recorder.flush_or_wait()
-                raise
-            self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.DONE))
-            await self._recorder.flush()
+                self._leave_it_landed(RunCommandName(action.value), rally)
+            else:
+                self._require_in_flight(action)  # its messages may have been waited for
+                await self._act(action, command, rally)
+        await self._recorder.flush()  # the next command does not wait for this one's record
+
+    async def _act(
+        self, action: RunAction, command: Callable[[], Awaitable[None]], rally: RallyDestination | None
+    ) -> None:
+        run, command_name = self._monitor.run, RunCommandName(action.value)
+        self._monitor.feed(CommandRequested(self._monitor.observation(), action, rally))
+        self._recorder.record(RunCommand(command=command_name, rally=rally))
+        try:
+            await self._recorder.flush_within(self._settings.stored_within_s)
+            with self._monitor.commanding(action):
+                await command()
+        except asyncio.CancelledError:
+            self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
+            self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
+            raise
+        except WaydropError as error:
+            self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
+            self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
+            await self._recorder.flush_within(self._settings.stored_within_s)
+            raise
+        self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.DONE))
 
     def _require_in_flight(self, action: RunAction) -> None:
         if self._monitor.run.state not in IN_FLIGHT:
             raise self._wrong(action.value)
 
-    async def _leave_it_landed(self, command: RunCommandName, rally: RallyDestination | None) -> None:
+    def _leave_it_landed(self, command: RunCommandName, rally: RallyDestination | None) -> None:
         """Return or Land is no mode for a vehicle that has landed and disarmed. It ends as it would have without."""
         if not self._monitor.run.is_over:
             self._recorder.record(RunCommand(command=command, rally=rally))
             self._recorder.record(RunAck(command=command, outcome=CommandOutcome.NOT_SENT, detail=HAS_LANDED))
-        await self._recorder.flush()
 
     async def _has_landed(self) -> bool:
         """One message can be forged: a vehicle that seems to have landed is watched until its messages agree, and for

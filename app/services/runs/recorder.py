@@ -142,6 +142,7 @@ class RunRecorder:
         self._plans: list[NewPlan] = []
         self._left_out = 0
         self._storing = asyncio.Lock()
+        self._late: asyncio.Task[Run] | None = None
 
     def record(self, payload: AnyPayload) -> None:
         """An event of this run."""
@@ -180,6 +181,19 @@ class RunRecorder:
         """As `flush`, but if the disk fails, which the journal logs, everything waits for the next flush."""
         with suppress(StorageError):
             await self.flush()
+
+    async def flush_within(self, timeout_s: float) -> None:
+        """As `flush_or_wait`, but return after `timeout_s` although the disk has not answered: storing goes on."""
+        if self._late is None:
+            self._late = asyncio.create_task(self._store(None), name="run recorder")
+            self._late.add_done_callback(self._stored_late)
+        await asyncio.wait({self._late}, timeout=timeout_s)
+
+    def _stored_late(self, storing: asyncio.Task[Run]) -> None:
+        self._late = None
+        error = None if storing.cancelled() else storing.exception()
+        if error is not None and not isinstance(error, StorageError):
+            raise error
 
     async def _store(self, continues: Run | None) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice

@@ -189,6 +189,23 @@ async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
     assert {d["actor"] for d in told} == {"anna"}
 
 
+async def test_a_command_outside_a_run_does_not_wait_for_a_disk_that_stalls() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (fleet, events, journal):
+        vehicle.put(armed=True, mode=FlightMode.HOLD)
+        events.pause()
+        order = asyncio.create_task(VehicleCommands(fleet, journal).land("v1", "anna"))
+        try:
+            async with asyncio.timeout(10):
+                while not vehicle.sent:
+                    await asyncio.sleep(0.01)
+            assert not order.done(), "an answer says that it is stored"
+        finally:
+            events.open.set()
+            await order
+    assert [data_of(e)["outcome"] for e in events.events if e.kind is EventKind.VEHICLE_COMMAND] == ["sent", "done"]
+
+
 async def test_a_refused_command_is_recorded_as_refused() -> None:
     vehicle = ScriptedVehicle()
 

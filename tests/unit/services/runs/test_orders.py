@@ -9,6 +9,7 @@ import pytest
 
 from app.domain.drop.record import DropOutcome
 from app.domain.errors import VehicleRefusedError, VehicleTakenError
+from app.domain.events.run import RunAck, RunCommand
 from app.domain.flight.snapshot import ContingencyCommand
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import CommandAck, CommandRequest
@@ -75,6 +76,24 @@ async def test_the_plans_answer_comes_once_the_vehicle_has_refused_a_person(monk
         with pytest.raises(VehicleRefusedError):
             await order
         await service.until(lambda: service.vehicle.sent[-1] == "return", "the plan's answer is not forgotten")
+
+
+async def test_what_a_person_commands_does_not_wait_for_a_disk_that_stalls() -> None:
+    async with run_service() as service:
+        await fly(service)
+        service.events.pause()
+        orders = [asyncio.create_task(service.runs.pause(service.run_id))]
+        await service.until(lambda: "hold" in service.vehicle.sent, "it holds")
+        orders.append(asyncio.create_task(service.runs.land(service.run_id)))
+        await service.until(lambda: service.vehicle.sent[-1] == "land", "nor for the record of the one before")
+        assert not any(order.done() for order in orders), "an answer says that it is stored"
+        service.events.open.set()
+        await asyncio.gather(*orders)
+        told = [one.data for one in service.events.events if isinstance(one.data, RunCommand | RunAck)]
+        assert [(type(one), one.command.value) for one in told[-4:]] == [
+            *((RunCommand, "pause"), (RunAck, "pause")),
+            *((RunCommand, "land"), (RunAck, "land")),
+        ]
 
 
 async def test_a_second_resume_finds_the_mission_flown() -> None:
