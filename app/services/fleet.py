@@ -385,6 +385,11 @@ class Fleet:
                     lost=lost,
                 )
 
+    async def store(self, vehicle: FleetVehicle, payload: AnyPayload) -> None:
+        """Record an event of a vehicle after those before it, and return once it is on disk. Raises StorageError."""
+        await self._backlog.drained()
+        await self._journal.record(self._journal.new_event(payload, vehicle_id=vehicle.id, run_id=vehicle.run_id))
+
     async def _record_all(self) -> None:
         while True:
             batch = await self._backlog.take(BATCH)

@@ -159,12 +159,15 @@ class TasksChanged(Payload, kind=EventKind.TASK_CHANGED):
     task_list: tuple[int, ...]
 
 
+GripperOutcome = Literal["sent", "done", "failed", "unknown"]
+
+
 class TasksGripper(Payload, kind=EventKind.TASK_GRIPPER):
     """The gripper action of a task: stored before it is sent, and again with its result."""
 
     task_id: str
     action: GripperAction
-    outcome: Literal["sent", "done", "failed", "unknown"]
+    outcome: GripperOutcome
     reason: Reason | None = None
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Final, Literal
+from typing import Final
 
 from app.domain.autopilot.capability import FlightKind
-from app.domain.errors import SetpointRefusedError, WaydropError
-from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
+from app.domain.errors import CommandExpiredError, SetpointRefusedError, VehicleRefusedError, WaydropError
+from app.domain.events.vehicle import GripperOutcome, TaskChange, TasksChanged, TasksGripper
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.course import Course, EkfOrigin, PointCourse, Reference
@@ -18,6 +19,7 @@ from app.domain.offboard.tasks.guidance import Fix, SetpointRequest
 from app.domain.offboard.tasks.queue import QueuedTask, TaskQueue
 from app.domain.reasons import Reason, ReasonCode
 from app.services.fleet import Fleet
+from app.services.journal import STORED_WITHIN_S
 from app.services.offboard.control import Destination, OffboardControl
 from app.services.tasks.executors import STANDS_M_S, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
 from app.services.views import TaskReport, TaskState
@@ -243,15 +245,20 @@ class TaskFlight:
             self.finish("reached")
 
     async def _grip(self, task_id: str, action: GripperAction) -> None:
-        """The gripper, once; its answer ends the task or stops the queue."""
+        """The gripper, once; its answer ends the task or stops the queue. Without a record nothing is sent."""
+        is_sent = False
         try:
-            self._record_gripper(task_id, action, "sent")
+            await self._store_gripper(task_id, action)
+            is_sent = True
             await work_gripper(self.control.link, action)
         except asyncio.CancelledError:
-            self._record_gripper(task_id, action, "unknown", Reason.of(ReasonCode.TASK_ENDED_BEFORE_ANSWER))
+            ended = Reason.of(ReasonCode.TASK_ENDED_BEFORE_ANSWER)
+            self._record_gripper(task_id, action, "unknown" if is_sent else "failed", ended)
             raise
         except WaydropError as error:
-            self._record_gripper(task_id, action, "failed", Reason.of_error(error.code, error.detail))
+            is_answered = not is_sent or isinstance(error, VehicleRefusedError)
+            outcome: GripperOutcome = "failed" if is_answered else "unknown"
+            self._record_gripper(task_id, action, outcome, Reason.of_error(error.code, error.detail))
             self._gripping = None
             if self.phase is Phase.FLYING:
                 self.stop("blocked", Reason.of_error(error.code, error.detail))
@@ -306,11 +313,20 @@ class TaskFlight:
         if dropped.entries:
             self.record("dropped", dropped.current, why)
 
+    async def _store_gripper(self, task_id: str, action: GripperAction) -> None:
+        """Raises StorageError; CommandExpiredError if it took so long that the vehicle may be elsewhere."""
+        began_s = time.monotonic()
+        sent = TasksGripper(task_id=task_id, action=action, outcome="sent")
+        await self._fleet.store(self.control.vehicle, sent)
+        is_ours = self.phase is Phase.FLYING and self.control.state is OffboardState.ACTIVE
+        if not is_ours or time.monotonic() - began_s > STORED_WITHIN_S:
+            raise CommandExpiredError("the command was not sent: its record was stored too late")
+
     def _record_gripper(
         self,
         task_id: str,
         action: GripperAction,
-        outcome: Literal["sent", "done", "failed", "unknown"],
+        outcome: GripperOutcome,
         reason: Reason | None = None,
     ) -> None:
         payload = TasksGripper(task_id=task_id, action=action, outcome=outcome, reason=reason)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Sequence
+from typing import Any
 
 import pytest
 
-from app.domain.errors import ConflictError, LinkTimeoutError
+from app.domain.errors import ConflictError, LinkTimeoutError, StorageError
+from app.domain.events import Event, EventKind, NewEvent
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
+from app.services.journal import STORED_WITHIN_S
 from tests.support.controlled_vehicle import controlled_vehicle
 from tests.support.queued_tasks import changes, flying, put_at, queue, report
 
@@ -32,14 +35,16 @@ async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends
 
 
 @pytest.mark.parametrize(
-    ("answer", "said"),
+    ("answer", "said", "outcome"),
     [
-        ([MavResult.FAILED], "FAILED"),
-        ([MavResult.IN_PROGRESS, MavResult.CANCELLED], "CANCELLED"),
-        (LinkTimeoutError("no final acknowledgement of DO_GRIPPER"), "no final ack"),
+        ([MavResult.FAILED], "FAILED", "failed"),
+        ([MavResult.IN_PROGRESS, MavResult.CANCELLED], "CANCELLED", "failed"),
+        (LinkTimeoutError("no final acknowledgement of DO_GRIPPER"), "no final ack", "unknown"),
     ],
 )
-async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(answer: object, said: str) -> None:
+async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(
+    answer: object, said: str, outcome: str
+) -> None:
     async with controlled_vehicle() as quad:
         quad.vehicle.answers = [answer]  # type: ignore[list-item]
         await flying(quad, "goto", gripper="release")
@@ -49,8 +54,37 @@ async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(a
         assert said in describe(report(quad).reason)
         assert (report(quad).task_list, len(quad.vehicle.releases)) == ([1], 1)
         assert (await changes(quad))[-1] == ("blocked", "t1")
+        assert [event["outcome"] for event in await quad.recorded("task.gripper")] == ["sent", outcome]
         quad.tasks.resume(quad.lease)
         await quad.until(lambda: len(quad.vehicle.releases) == 2, "a pilot may try again")
+
+
+async def test_nothing_is_sent_that_cannot_be_recorded() -> None:
+    async with controlled_vehicle() as quad:
+        await flying(quad, "goto", gripper="release")
+        full = StorageError("the disk is full")
+        quad.events.refuse = lambda event: full if event.kind is EventKind.TASK_GRIPPER else None
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).state == "paused", "it must stand")
+        assert quad.vehicle.releases == []
+        assert "the disk is full" in describe(report(quad).reason)
+
+
+async def test_nothing_is_sent_that_is_recorded_too_late() -> None:
+    async with controlled_vehicle() as quad:
+        await flying(quad, "goto", gripper="release")
+        append = quad.events.append
+
+        async def stalls(events: Sequence[NewEvent], *others: Any) -> Sequence[Event]:
+            if any(event.kind is EventKind.TASK_GRIPPER for event in events):
+                await asyncio.sleep(1.2 * STORED_WITHIN_S)
+            return await append(events, *others)
+
+        quad.events.append = stalls  # type: ignore[method-assign]
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).state == "paused", "the vehicle may be elsewhere by now")
+        assert quad.vehicle.releases == []
+        assert [event["outcome"] for event in await quad.recorded("task.gripper")] == ["sent", "failed"]
 
 
 async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says_so() -> None:
