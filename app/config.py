@@ -12,6 +12,7 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, SecretStr, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+from pydantic_settings import SettingsError as UnreadableSettingError
 
 from app.domain.autopilot.declared import require_known_keys
 from app.domain.cluster.envelope import SITE
@@ -338,6 +339,10 @@ def expand_connection(entry: str) -> tuple[str, ...]:
     return tuple(f"{ports['head']}{port}{ports['options'] or ''}" for port in range(first, last + 1))
 
 
+_CORRECT: Final = "correct the variable or the option, then restart"
+_FIELD: Final = re.compile(r'field "(\w+)"')
+
+
 def load_settings(**given: object) -> Settings:
     """Settings from `given` (None means not given), else the environment, else secret files, else the defaults.
 
@@ -358,7 +363,11 @@ def load_settings(**given: object) -> Settings:
             name = PREFIX + str(problem["loc"][0]).upper() if problem["loc"] else PREFIX + "*"
             said = problem["msg"].removeprefix("Value error, ").replace("Input should", "must")
             lines.append(f"{name}: {said}")
-        raise SettingsError("\n".join(lines), hint="correct the variable or the option, then restart") from error
+        raise SettingsError("\n".join(lines), hint=_CORRECT) from error
+    except UnreadableSettingError as error:  # it names the field in a sentence alone, and repeats no value
+        field = _FIELD.search(str(error))
+        name = PREFIX + (field[1].upper() if field else "*")
+        raise SettingsError(f"{name}: must be valid JSON: {error.__cause__}", hint=_CORRECT) from error
 
 
 def misspelt_settings() -> Mapping[str, str]:

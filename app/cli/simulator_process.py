@@ -123,11 +123,13 @@ class SimulatorProcess:
         self._child: subprocess.Popen[bytes] | None = None
 
     def find(self) -> RunningSimulator | None:
-        """The running process, started by anybody."""
+        """The running process, started by anybody. Raises SimulatorError."""
         try:
             handle = os.open(self._lock, os.O_RDWR | os.O_CLOEXEC)
         except FileNotFoundError:
             return None
+        except OSError as error:
+            raise self._not_usable(error) from error
         with _closing(handle):
             if _try_lock(handle):
                 return None
@@ -137,10 +139,13 @@ class SimulatorProcess:
         """Start it in a session of its own: neither our Ctrl-C nor our death reaches it.
 
         Raises:
-            SimulatorError: one runs already.
+            SimulatorError: one runs already, or the folder cannot be written.
         """
         claim_data_folder(self._lock.parent)
-        handle = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            handle = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            raise self._not_usable(error) from error
         with _closing(handle), self.log.open("wb") as log:
             if not _try_lock(handle):
                 raise SimulatorError("the simulated vehicles are already running", hint="stop them with `waydrop down`")
@@ -156,6 +161,12 @@ class SimulatorProcess:
             running = RunningSimulator(self._child.pid, tuple(arguments))
             _write(handle, running)
         return running
+
+    def _not_usable(self, error: OSError) -> SimulatorError:
+        return SimulatorError(
+            f"cannot write {self._lock}: {error.strerror or error}",
+            hint="give your user write access, or use another data folder",
+        )
 
     def wait_ready(self, vehicles: int, *, within_s: float) -> None:
         """Wait until each vehicle has said that it is ready. Raises SimulatorError with the end of the log if not."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import re
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Final
@@ -180,6 +181,10 @@ class _Source:
         self.place = self._page.pop()[0]
 
 
+_NUMBER: Final = re.compile(r"[0-9]{1,18}")
+"""What a column of 64 bits can hold."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Place:
     seq: int | None = None
@@ -192,7 +197,7 @@ class _Place:
     @classmethod
     def read(cls, cursor: str | None) -> _Place:
         parts = ["", "", ""] if cursor is None else cursor.split(".")
-        if len(parts) != 3 or not all(part == "" or (part.isascii() and part.isdecimal()) for part in parts):
+        if len(parts) != 3 or not all(part == "" or _NUMBER.fullmatch(part) for part in parts):
             raise InvalidInputError("this is not a cursor of the audit log", hint="use `next` of the previous page")
         return cls(*(None if part == "" else int(part) for part in parts))
 

@@ -14,9 +14,11 @@ from app.domain.events import run as events
 from app.domain.events.event import JournalHead
 from app.domain.events.run_fold import RunFold
 from app.domain.jobs.job import Job
+from app.domain.jobs.queue import VehicleQueue
 from app.domain.plan.document import document_hash
 from app.domain.run.run import Run
 from app.storage.chains import Chains, Gap, Row, fits
+from app.storage.dispatch import job_row
 from app.storage.retention import MARGIN_S
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
@@ -33,6 +35,7 @@ class JournalIndex:
         self._used: defaultdict[str, set[str]] = defaultdict(set)
         self._jobs: dict[str, Job] = {}
         self._queued: set[str] = set()
+        self._queues: dict[str, VehicleQueue] = {}
         self._pruned: set[service.PrunedChain] = set()
         self._before = 0.0
         self._attachments_before = 0.0
@@ -64,6 +67,8 @@ class JournalIndex:
                 self._used[job.plan_id].add(job.plan_hash)
                 if job.supersedes(self._jobs.get(job.id, job)):
                     self._jobs[job.id] = job
+            case service.JobQueueChanged(queue=queue):
+                self._queues[queue.vehicle_id] = queue
             case service.JournalPruned():
                 self._pruned |= set(payload.chains)
                 self.pruned_up_to = max(payload.up_to, self.pruned_up_to)
@@ -79,7 +84,6 @@ class JournalIndex:
                 | service.WebhookChanged()
                 | service.SimulatorFault()
                 | service.SimulatorSpeedSet()
-                | service.JobQueueChanged()
             ):
                 pass
 
@@ -211,11 +215,23 @@ class JournalIndex:
             recorded = missing.pop(row["id"], None)
             if recorded is None:
                 yield f"job {row['id']} is in no event"
-            elif object_of(row["document"]) != recorded.model_dump(mode="json") or row["state"] != recorded.state.value:
+            elif not _is_job(row, recorded):
                 yield f"job {row['id']} differs from its events"
         for job in missing.values():
             if not self._may_be_deleted(job):
                 yield f"job {job.id} exists in events and is missing"
+
+    def altered_queues(self, rows: Iterable[Row]) -> Iterator[str]:
+        """Queues of vehicles that are not as their newest event left them. Old events may have been deleted by age."""
+        missing = dict(self._queues)
+        for row in rows:
+            recorded = missing.pop(row["vehicle_id"], None)
+            if recorded is None and not self._pruned:
+                yield f"the job queue of {row['vehicle_id']} is in no event"
+            elif recorded is not None and object_of(row["document"]) != recorded.model_dump(mode="json"):
+                yield f"the job queue of {row['vehicle_id']} differs from its events"
+        for vehicle_id in missing:
+            yield f"the job queue of {vehicle_id} exists in events and is missing"
 
     @property
     def attachments(self) -> int:
@@ -237,6 +253,11 @@ def object_of(text: object) -> dict[str, Any]:
     except (ValueError, RecursionError):
         return {}
     return value if isinstance(value, dict) else {}
+
+
+def _is_job(row: Row, job: Job) -> bool:
+    expected = {**job_row(job), "document": job.model_dump(mode="json")}
+    return {**{name: row[name] for name in expected}, "document": object_of(row["document"])} == expected
 
 
 def _is_document(document: dict[str, Any], row: Row) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import sqlite3
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -88,6 +89,7 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         found += index.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
         found += index.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
         found += index.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
+        found += index.altered_queues(connection.execute("SELECT * FROM job_queues ORDER BY vehicle_id"))
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
         found += _altered_files(connection, index, attachments_folder(path))
     unchecked = [anchor for anchor, text in lost.items() if not text]
@@ -108,13 +110,29 @@ def _altered_files(connection: sqlite3.Connection, index: JournalIndex, folder: 
     return altered() if newest is not None and index.take(*newest) else found
 
 
+def _connected(path: Path) -> sqlite3.Connection:
+    """SQLite needs a file beside a journal to read it. Where it cannot make one, it reads one that nobody writes."""
+    uri, wal = f"{path.absolute().as_uri()}?mode=ro", f"{path}-wal"
+    for more in ("", "&immutable=1"):
+        connection = sqlite3.connect(uri + more, uri=True, timeout=5.0, isolation_level=None)
+        try:
+            connection.execute("PRAGMA schema_version")
+        except sqlite3.OperationalError as error:
+            connection.close()
+            is_left = os.path.exists(wal) and os.path.getsize(wal) > 0
+            if more or is_left or error.sqlite_errorname != "SQLITE_CANTOPEN":
+                raise
+        else:
+            break
+    return connection
+
+
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     if not path.is_file():
         raise no_journal(path)
     # mode=ro: the leftovers of a killed process are read but not cleaned up
-    uri = f"{path.absolute().as_uri()}?mode=ro"
-    with closing(sqlite3.connect(uri, uri=True, timeout=5.0, isolation_level=None)) as connection:
+    with closing(_connected(path)) as connection:
         connection.row_factory = sqlite3.Row
         connection.text_factory = lambda text: text.decode("utf-8", "surrogateescape")
         connection.execute("PRAGMA query_only = ON")

@@ -253,7 +253,7 @@ async def test_pages_have_every_entry_once_whatever_happens_meanwhile(guarded: S
     assert times == sorted(times, reverse=True)
 
 
-@pytest.mark.parametrize("cursor", ["x", "1", "1.2", "1.2.3.4", "-1..", "1.2.²"])
+@pytest.mark.parametrize("cursor", ["x", "1", "1.2", "1.2.3.4", "-1..", "1.2.²", f"{10**19}.{10**19}.9"])
 async def test_a_cursor_is_one_that_was_returned(guarded: Service, cursor: str) -> None:
     status, _, problem = await guarded.call("GET", AUDIT, params={"cursor": cursor}, headers=ADMIN)
     assert (status, problem["code"]) == (422, "input.invalid")

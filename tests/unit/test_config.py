@@ -77,6 +77,14 @@ def test_every_wrong_setting_is_named_with_its_variable(monkeypatch: pytest.Monk
     assert "at least 16 characters" in lines[2]
 
 
+@pytest.mark.parametrize("name", ["WAYDROP_OFFBOARD_LIMITS", "WAYDROP_VEHICLE_PERFORMANCE"])
+def test_a_setting_that_is_no_json_is_named_without_its_value(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setenv(name, "{secret")
+    with pytest.raises(SettingsError, match=f"^{name}: must be valid JSON: .* column 2") as refused:
+        load_settings()
+    assert "secret" not in refused.value.detail
+
+
 @pytest.mark.parametrize("address", ["14600", "localhost:14600", "10.0.0.1:14600", "127.0.0.1:0", "127.0.0.1:70000"])
 def test_a_simulator_is_controlled_on_this_machine_only(address: str) -> None:
     with pytest.raises(SettingsError, match=r"WAYDROP_SIMULATOR_CONTROL: .*127\.0\.0\.1:PORT"):

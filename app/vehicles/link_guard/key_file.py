@@ -123,24 +123,36 @@ class KeyFile:
 
     @contextlib.contextmanager
     def _changing(self) -> Iterator[Keys]:
-        """Read, change, write: one at a time, and never half."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        lock = os.open(self.path.with_suffix(".lock"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        """Read, change, write: one at a time, and never half. Raises LinkKeyError."""
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            lock = os.open(self.path.with_suffix(".lock"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            raise self._not_writable(error) from error
         try:
             fcntl.flock(lock, fcntl.LOCK_EX)
             keys = self.read()
             yield keys
-            vehicles = {
-                number: [
-                    _Entry(secret=stored.key.secret.hex(), in_use=stored.in_use, created=stored.created)
-                    for stored in own
-                ]
-                for number, own in sorted(keys.items())
-                if own
-            }
-            write_private(self.path, _Keys(vehicles=vehicles).model_dump_json(indent=2))
+            self._write(keys)
+        except OSError as error:
+            raise self._not_writable(error) from error
         finally:
             os.close(lock)
+
+    def _write(self, keys: Keys) -> None:
+        vehicles = {
+            number: [
+                _Entry(secret=stored.key.secret.hex(), in_use=stored.in_use, created=stored.created) for stored in own
+            ]
+            for number, own in sorted(keys.items())
+            if own
+        }
+        write_private(self.path, _Keys(vehicles=vehicles).model_dump_json(indent=2))
+
+    def _not_writable(self, error: OSError) -> LinkKeyError:
+        return LinkKeyError(
+            f"cannot write {self.path}: {error.strerror or error}", hint="give your user write access to its folder"
+        )
 
     def _refuse_shared(self, found: os.stat_result) -> None:
         if found.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
@@ -211,7 +223,7 @@ class MemoryFile:
             return SigningMemory(reserved, streams, used)
         except FileNotFoundError:
             return SigningMemory()
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        except (OSError, ValueError, OverflowError, KeyError, TypeError, AttributeError) as error:
             raise LinkKeyError(
                 f"cannot read {self.path}: {error}",
                 hint="restore it; without it a recording of an earlier flight could be taken for the vehicle",

@@ -15,7 +15,14 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.simulator_process import FLEET, LOCAL_PORT_OFFSET, SimulatedFleet, SimulatorError, SimulatorProcess
+from app.cli.simulator_process import (
+    FLEET,
+    LOCAL_PORT_OFFSET,
+    LOCK_NAME,
+    SimulatedFleet,
+    SimulatorError,
+    SimulatorProcess,
+)
 from tests.support.simulated import free_udp_ports
 
 STARTER = """
@@ -96,6 +103,14 @@ def test_it_outlives_a_kill_of_its_starter_and_another_can_end_it(
     os.kill(running.pid, 0)
     assert simulator.stop()
     assert simulator.find() is None
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / LOCK_NAME).mkdir(parents=True)
+    simulator = SimulatorProcess(tmp_path)
+    for use in (simulator.find, lambda: simulator.start(())):
+        with pytest.raises(SimulatorError, match="cannot write"):
+            use()
 
 
 def test_one_that_cannot_start_is_told_with_its_last_words(simulator: SimulatorProcess) -> None:

@@ -238,3 +238,10 @@ async def test_what_a_killed_service_left_is_checked_and_stays_as_it_is(journal:
     found = await verify_journal(left / "journal.db")
     assert (head_of(found).seq, found.alterations) == (7, [])
     assert {name: (left / name).read_bytes() for name in before} == before
+
+
+async def test_a_journal_is_checked_where_nothing_can_be_written(journal: Path) -> None:
+    """SQLite wants a file beside it, which a read-only medium does not take, nor a folder if its name is too long."""
+    copy = await asyncio.to_thread(journal.rename, journal.with_name("j" * 252))
+    found = await verify_journal(copy)
+    assert (found.alterations, found.events) == ([], 6)

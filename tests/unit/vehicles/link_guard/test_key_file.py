@@ -76,6 +76,12 @@ def test_a_key_that_is_not_there_cannot_be_removed(keys: KeyFile) -> None:
     assert known in caught.value.hint
 
 
+def test_a_folder_that_cannot_be_written_is_named(keys: KeyFile) -> None:
+    keys.path.with_suffix(".lock").mkdir(parents=True)
+    with pytest.raises(LinkKeyError, match=f"cannot write {keys.path}"):
+        keys.add(1)
+
+
 def test_the_last_key_removed_leaves_an_empty_file(keys: KeyFile) -> None:
     keys.remove(1, keys.add(1).key.fingerprint)
     assert keys.read() == {}
@@ -122,7 +128,12 @@ def test_what_is_remembered_outlives_a_restart(tmp_path: Path) -> None:
     assert stat.S_IMODE(file.path.stat().st_mode) == 0o600
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"reserved": {}}', '{"reserved": {}, "streams": [[1]], "used": {}}'])
+INFINITE = '{"reserved": {}, "streams": [["a", 1e400, 1, 1, 1]], "used": {}}'
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", '{"reserved": {}}', '{"reserved": {}, "streams": [[1]], "used": {}}', INFINITE]
+)
 def test_a_memory_that_cannot_be_read_is_not_taken_for_none(tmp_path: Path, text: str) -> None:
     file = MemoryFile(tmp_path / "link-state.json")
     file.path.write_text(text)
