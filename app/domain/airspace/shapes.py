@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 __all__ = [
     "BaseGeometry",
     "LineString",
+    "MultiPoint",
     "Point",
     "Polygon",
     "box",
@@ -25,7 +26,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from shapely import LineString, Point, Polygon, box, get_parts, intersection_all, prepare, union_all
+    from shapely import LineString, MultiPoint, Point, Polygon, box, get_parts, intersection_all, prepare, union_all
     from shapely.affinity import translate
     from shapely.geometry.base import BaseGeometry
     from shapely.geometry.polygon import orient

@@ -15,9 +15,11 @@ from app.domain.errors import SetpointRefusedError
 from app.domain.geo import LocalProjection
 from app.domain.offboard.messages import Vector
 from app.domain.offboard.setpoints import (
+    AccelerationBody,
     Attitude,
     BodyRates,
     GlobalPlace,
+    NedAcceleration,
     NedPlace,
     NedVelocity,
     Setpoint,
@@ -44,8 +46,11 @@ class OffboardLimits(BaseModel):
 
 LOOK_AHEAD_S: Final = 2.0
 """A velocity is checked at the position that it leads to in this time, about what a multicopter needs to stop from
-10 m/s.
+10 m/s. Given with a position it displaces the vehicle by 1 / MPC_XY_P or 1 / MPC_Z_P: about 1 s.
 """
+G_M_S2: Final = 9.80665
+_ACROSS: Final = ("north_m_s", "east_m_s", "forward_m_s", "right_m_s", "north_m_s2", "east_m_s2")
+_UPWARD: Final = ("down_m_s", "down_m_s2")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +94,7 @@ def limit(setpoint: Setpoint, limits: OffboardLimits, where: VehiclePose) -> Lim
         SetpointRefusedError: it leads beyond a limit and may not be clamped, or cannot be; the code is `limit.*`.
     """
     judge = _Judge(limits, where)
-    within = judge.tilt(judge.speed(setpoint))
+    within = judge.acceleration(judge.tilt(judge.speed(setpoint)))
     within = judge.place(within) if isinstance(within, NedPlace | GlobalPlace) else judge.motion(within)
     return Limited(within, tuple(judge.clamps))
 
@@ -142,8 +147,33 @@ class _Judge:
             roll, pitch = roll * share, pitch * share
         return setpoint.model_copy(update={"roll_deg": roll, "pitch_deg": pitch})
 
+    def acceleration(self, setpoint: Setpoint) -> Setpoint:
+        """Over ground what the tilt limit gives in level flight; up and down what reaches the limit of the climb or
+        the descent in `LOOK_AHEAD_S`.
+        """
+        if isinstance(setpoint, NedAcceleration):
+            across, down = (setpoint.north_m_s2, setpoint.east_m_s2), setpoint.down_m_s2
+            names = ("north_m_s2", "east_m_s2")
+        elif isinstance(setpoint, AccelerationBody):
+            across, down = (setpoint.forward_m_s2, setpoint.right_m_s2), setpoint.down_m_s2
+            names = ("forward_m_s2", "right_m_s2")
+        else:
+            return setpoint
+        changes: dict[str, float] = {}
+        tilt, size = self._limits.max_tilt_deg, math.hypot(*across)
+        most = math.inf if tilt is None else G_M_S2 * math.tan(math.radians(tilt))
+        if size > most:
+            self._exceeded("limit.tilt", f"{size:.1f} m/s² over ground needs more than {tilt:g} degrees of tilt")
+            changes |= {name: part * most / size for name, part in zip(names, across, strict=True)}
+        fastest = self._limits.max_climb_m_s if down < 0 else self._limits.max_descend_m_s
+        if fastest is not None and abs(down) > fastest / LOOK_AHEAD_S:
+            word = "climb" if down < 0 else "descend"
+            self._exceeded(f"limit.{word}", f"{abs(down):.1f} m/s² is more than {fastest / LOOK_AHEAD_S:g} m/s²")
+            changes["down_m_s2"] = math.copysign(fastest / LOOK_AHEAD_S, down)
+        return setpoint.model_copy(update=changes)
+
     def place(self, setpoint: NedPlace | GlobalPlace) -> Setpoint:
-        """Distance from home, altitude, and the fence along the straight way."""
+        """Distance from home, altitude, and the fence along the straight way; then what is given beside the place."""
         point = self._point_of(setpoint)
         if point is None:
             if self._bounds_places():
@@ -155,31 +185,21 @@ class _Judge:
             return self._path_point(setpoint, point)
         within = self._within(point)
         self._refuse_beyond_fence(within)
-        return setpoint if within == point else self._moved(setpoint, within)  # type: ignore[return-value]
+        moved = setpoint if within == point else self._moved(setpoint, within)
+        return self._feed_forward(moved, within) if isinstance(moved, NedVelocity) else moved  # type: ignore[return-value]
 
     def motion(self, setpoint: Setpoint) -> Setpoint:
         """Where a velocity leads; for what has none, where the vehicle is drifting to."""
-        here = self._where.here
+        here = self._here()
         if here is None:
-            if self._bounds_places():
-                raise SetpointRefusedError(
-                    refusal="limit.position_unknown", detail="the vehicle's place from home is not known"
-                )
             return setpoint
         velocity = self._velocity_of(setpoint)
         if velocity is None:
-            self._refuse_drift(here)
+            self._refuse_drift(here, setpoint)
             return setpoint
-        north, east, up = velocity
-        if not self._leads_on(here, (north, east)):
-            north = east = 0.0
-        if not self._climbs_on(here[2], up):
-            up = 0.0
-        if (north, east, up) == velocity:
-            return setpoint
-        names = ("forward_m_s", "right_m_s") if isinstance(setpoint, VelocityBody) else ("north_m_s", "east_m_s")
-        stopped = dict.fromkeys(names, 0.0) if (north, east) == (0.0, 0.0) else {}
-        return setpoint.model_copy(update={**stopped, **({} if up == velocity[2] else {"down_m_s": 0.0})})
+        lead = _lead(velocity)
+        across, upward = self._leads_on(here, lead), self._climbs_on(here[2], lead[2])
+        return _stopped(setpoint, across=not across, upward=not upward)
 
     # parts ----------------------------------------------------------------------------------------------------
 
@@ -187,6 +207,14 @@ class _Judge:
         if self._limits.when_exceeded == "refuse":
             raise SetpointRefusedError(refusal=code, detail=detail, hint="send less, or configure the limits to clamp")
         self.clamps.append(Clamp(code, detail))
+
+    def _here(self) -> Vector | None:
+        """Where the vehicle is. Raises SetpointRefusedError: unknown, but a limit needs it."""
+        if self._where.here is None and self._bounds_places():
+            raise SetpointRefusedError(
+                refusal="limit.position_unknown", detail="the vehicle's place from home is not known"
+            )
+        return self._where.here
 
     def _bounds_places(self) -> bool:
         limits = self._limits
@@ -214,8 +242,35 @@ class _Judge:
         self._strict()._within(point)
         self._refuse_beyond_fence(point)
         if self._where.here is not None:
-            self._refuse_drift(self._where.here)
+            self._refuse_drift(self._where.here, setpoint)
         return setpoint  # type: ignore[return-value]
+
+    def _feed_forward(self, setpoint: NedVelocity, point: Vector) -> Setpoint:
+        """PX4 adds velocity and acceleration to its way to the place, and stays beside the place as long as they last.
+
+        So they may lead beyond no limit, from the vehicle and from the place, nor from anywhere on the way between.
+        """
+        here = self._here()
+        if here is None:
+            return setpoint  # type: ignore[return-value]
+        leads = (_lead((setpoint.north_m_s, setpoint.east_m_s, -setpoint.down_m_s)), *self._accelerated(setpoint))
+        ways = [(start, lead) for start in (here, point) for lead in leads]
+        across = all(self._keeps_distance(start, lead) for start, lead in ways) and self._stays_inside(
+            [here, point], [(start[0] + lead[0], start[1] + lead[1]) for start, lead in ways]
+        )
+        upward = all(self._climbs_on(start[2], lead[2]) for start, lead in ways)
+        return _stopped(setpoint, across=not across, upward=not upward)  # type: ignore[arg-type]
+
+    def _stays_inside(self, starts: list[Vector], ends: list[tuple[float, float]]) -> bool:
+        """Whether the fence encloses all that lies between; the starts alone are not judged here."""
+        places = [(east, north) for north, east, *_ in (*starts, *ends)]
+        fence = self._where.fence
+        if fence is None or set(places[len(starts) :]) <= set(places[: len(starts)]):
+            return True
+        if fence.allows(shapes.MultiPoint(places).convex_hull):
+            return True
+        self._exceeded("limit.fence", "beside its place it leads out of the fence on board")
+        return False
 
     def _strict(self) -> _Judge:
         return _Judge(self._limits.model_copy(update={"when_exceeded": "refuse"}), self._where)
@@ -262,49 +317,94 @@ class _Judge:
         if isinstance(setpoint, NedVelocity):
             return setpoint.north_m_s, setpoint.east_m_s, -setpoint.down_m_s
         if isinstance(setpoint, VelocityBody):
-            heading = math.radians(self._where.heading_deg)
-            ahead, right = setpoint.forward_m_s, setpoint.right_m_s
-            north = ahead * math.cos(heading) - right * math.sin(heading)
-            return north, ahead * math.sin(heading) + right * math.cos(heading), -setpoint.down_m_s
+            return *self._turned(setpoint.forward_m_s, setpoint.right_m_s), -setpoint.down_m_s
         return None
 
-    def _leads_on(self, here: Vector, velocity: tuple[float, float]) -> bool:
+    def _turned(self, forward: float, right: float) -> tuple[float, float]:
+        """North and east, by the heading."""
+        cos, sin = (f(math.radians(self._where.heading_deg)) for f in (math.cos, math.sin))
+        return forward * cos - right * sin, forward * sin + right * cos
+
+    def _leads_on(self, here: Vector, lead: Vector) -> bool:
         """Whether the vehicle stays within the distance and the fence; moving back inside is always allowed."""
-        there = (here[0] + velocity[0] * LOOK_AHEAD_S, here[1] + velocity[1] * LOOK_AHEAD_S)
-        most, away = self._limits.max_distance_m, math.hypot(*there)
-        if velocity == (0.0, 0.0):
-            return True
-        if most is not None and away > most and away > math.hypot(here[0], here[1]):
-            self._exceeded("limit.distance", f"it leads more than {most:g} m from home")
+        there = (here[0] + lead[0], here[1] + lead[1])
+        if not self._keeps_distance(here, lead):
             return False
         fence = self._where.fence
-        if fence is not None and not fence.allows(shapes.LineString(((here[1], here[0]), (there[1], there[0])))):
+        if fence is None or there == here[:2]:
+            return True
+        if not fence.allows(shapes.LineString(((here[1], here[0]), (there[1], there[0])))):
             self._exceeded("limit.fence", "it leads out of the fence on board")
             return False
         return True
 
-    def _climbs_on(self, height: float, up_m_s: float) -> bool:
+    def _keeps_distance(self, here: Vector, lead: Vector) -> bool:
+        most, away = self._limits.max_distance_m, math.hypot(here[0] + lead[0], here[1] + lead[1])
+        if most is not None and away > most and away > math.hypot(here[0], here[1]):
+            self._exceeded("limit.distance", f"it leads more than {most:g} m from home")
+            return False
+        return True
+
+    def _climbs_on(self, height: float, by_m: float) -> bool:
         low, high = self._limits.min_altitude_m, self._limits.max_altitude_m
-        there = height + up_m_s * LOOK_AHEAD_S
+        there = height + by_m
         if self._where.kind is FlightKind.ROVER:
             return True
-        if up_m_s > 0 and high is not None and there > high:
+        if by_m > 0 and high is not None and there > high:
             self._exceeded("limit.altitude", f"it leads more than {high:g} m above home")
             return False
-        if up_m_s < 0 and low is not None and there < low:
+        if by_m < 0 and low is not None and there < low:
             self._exceeded("limit.altitude", f"it leads less than {low:g} m above home")
             return False
         return True
 
-    def _refuse_drift(self, here: Vector) -> None:
+    def _refuse_drift(self, here: Vector, setpoint: BaseModel) -> None:
         """Attitude and acceleration cannot be clamped to a place: they end where the vehicle would leave its limits."""
         velocity = self._where.velocity
-        speed = math.hypot(velocity[0], velocity[1])
+        speed, up = math.hypot(velocity[0], velocity[1]), velocity[2]
         most = self._limits.max_speed_m_s
         if most is not None and speed > most and self._where.kind is not FlightKind.WING:
             raise SetpointRefusedError(refusal="limit.speed", detail=f"the vehicle already moves with {speed:.1f} m/s")
-        self._strict()._leads_on(here, (velocity[0], velocity[1]))
-        self._strict()._climbs_on(here[2], velocity[2])
+        fastest = self._limits.max_climb_m_s if up > 0 else self._limits.max_descend_m_s
+        if isinstance(setpoint, NedAcceleration | AccelerationBody) and fastest is not None and abs(up) > fastest:
+            refusal, does = ("limit.climb", "climbs") if up > 0 else ("limit.descend", "descends")
+            raise SetpointRefusedError(refusal=refusal, detail=f"the vehicle already {does} with {abs(up):.1f} m/s")
+        drift = _lead(velocity)
+        for more in ((0.0, 0.0, 0.0), *self._accelerated(setpoint)):
+            lead = (drift[0] + more[0], drift[1] + more[1], drift[2] + more[2])
+            self._strict()._leads_on(here, lead)
+            self._strict()._climbs_on(here[2], lead[2])
+
+    def _accelerated(self, setpoint: BaseModel) -> tuple[Vector, ...]:
+        """Where an acceleration leads; empty without one.
+
+        In the vehicle's own axes it turns with the tilt, which is not known: all of it may lead up, or down.
+        """
+        if isinstance(setpoint, NedAcceleration):
+            return (_lead_from_rest((setpoint.north_m_s2, setpoint.east_m_s2, -setpoint.down_m_s2)),)
+        if isinstance(setpoint, AccelerationBody):
+            north, east = self._turned(setpoint.forward_m_s2, setpoint.right_m_s2)
+            size = math.hypot(north, east, setpoint.down_m_s2)
+            return _lead_from_rest((north, east, size)), _lead_from_rest((north, east, -size))
+        return ()
+
+
+def _lead(velocity: Vector) -> Vector:
+    """How far it leads in `LOOK_AHEAD_S`."""
+    north, east, up = velocity
+    return north * LOOK_AHEAD_S, east * LOOK_AHEAD_S, up * LOOK_AHEAD_S
+
+
+def _lead_from_rest(acceleration: Vector) -> Vector:
+    """How far it leads in `LOOK_AHEAD_S`, from rest."""
+    north, east, up = _lead(acceleration)
+    return north * LOOK_AHEAD_S / 2, east * LOOK_AHEAD_S / 2, up * LOOK_AHEAD_S / 2
+
+
+def _stopped(setpoint: Setpoint, *, across: bool, upward: bool) -> Setpoint:
+    """With zero in the place of its motion over ground, and of its climb or descent."""
+    names = (*(_ACROSS if across else ()), *(_UPWARD if upward else ()))
+    return setpoint.model_copy(update={name: 0.0 for name in names if name in type(setpoint).model_fields})
 
 
 def tilt_deg(roll_deg: float, pitch_deg: float) -> float:

@@ -182,6 +182,134 @@ def test_a_global_place_is_clamped_as_the_same_local_one(setpoint: Setpoint) -> 
     assert bool(limit(example("position_global", **changes), LIMITS, HERE).clamps) == (away > 1000.0)
 
 
+def test_a_velocity_beside_a_place_may_not_lead_below_the_floor_or_above_the_ceiling() -> None:
+    for height, down_m_s in ((2.0, 2.0), (120.0, -3.0)):
+        where = replace(HERE, here=(0.0, 0.0, 20.0))
+        pressed = example("position_velocity_ned", north_m=0.0, east_m=0.0, down_m=-height, down_m_s=down_m_s)
+        found = limit(pressed, LIMITS, where)
+        assert [clamp.code for clamp in found.clamps] == ["limit.altitude"]
+        assert found.setpoint.down_m_s == 0.0  # type: ignore[union-attr]
+        assert across_beside(found.setpoint) == (2.0, -1.0)
+        high = pressed.model_copy(update={"down_m": -60.0})
+        assert limit(high, LIMITS, where).setpoint == high
+        near = replace(where, here=(0.0, 0.0, height))
+        assert limit(high, LIMITS, near).setpoint.down_m_s == 0.0, "nor from where the vehicle is"  # type: ignore[union-attr]
+
+
+def across_beside(setpoint: Setpoint) -> tuple[float, float]:
+    return setpoint.north_m_s, setpoint.east_m_s  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("form", ["position_velocity_ned", "position_velocity_acceleration_ned"])
+def test_a_velocity_beside_a_place_may_not_lead_farther_than_allowed(form: str) -> None:
+    at = replace(HERE, here=(900.0, 0.0, 20.0))
+    found = limit(example(form, north_m=995.0, east_m=0.0, north_m_s=9.0, down_m_s=0.0), LIMITS, at)
+    assert [clamp.code for clamp in found.clamps] == ["limit.distance"]
+    assert across_beside(found.setpoint) == (0.0, 0.0)
+    back = example(form, north_m=995.0, east_m=0.0, north_m_s=-9.0, east_m_s=0.0, down_m_s=0.0)
+    back = back.model_copy(update={"north_m_s2": -1.0, "east_m_s2": 0.0} if "acceleration" in form else {})
+    assert limit(back, LIMITS, at).setpoint == back
+
+
+def test_a_velocity_beside_a_global_place_is_judged_alike() -> None:
+    here = {"latitude_deg": HOME[0], "longitude_deg": HOME[1], "altitude_m": 490.0, "down_m_s": 2.0}
+    found = limit(example("position_velocity_global", **here), LIMITS, HERE)
+    assert [clamp.code for clamp in found.clamps] == ["limit.altitude"]
+
+
+def test_what_is_beside_a_place_needs_to_know_where_the_vehicle_is() -> None:
+    assert refusal_of(example("position_velocity_ned"), replace(HERE, here=None)) == "limit.position_unknown"
+
+
+@pytest.mark.parametrize(
+    ("changes", "codes"),
+    [
+        ({"north_m_s2": 100.0}, ["limit.tilt"]),
+        ({"down_m_s2": 100.0}, ["limit.descend"]),
+        ({"down_m_s2": -100.0}, ["limit.climb"]),
+        ({"east_m_s2": 100.0, "down_m_s2": 100.0}, ["limit.tilt", "limit.descend"]),
+    ],
+)
+def test_an_acceleration_is_bounded_by_the_tilt_and_by_the_climb(changes: dict[str, float], codes: list[str]) -> None:
+    where = replace(HERE, here=(0.0, 0.0, 60.0))
+    none = {"north_m_s2": 0.0, "east_m_s2": 0.0, "down_m_s2": 0.0}
+    found = limit(example("acceleration_ned", **none | changes), LIMITS, where)
+    assert [clamp.code for clamp in found.clamps] == codes
+    assert bounded(found.setpoint)
+    body = {
+        name.replace("north", "forward").replace("east", "right"): value for name, value in (none | changes).items()
+    }
+    assert [clamp.code for clamp in limit(example("acceleration_body", **body), LIMITS, where).clamps] == codes
+
+
+def bounded(setpoint: Setpoint) -> bool:
+    """Within g * tan(35 degrees), and within what reaches 3 m/s of climb and 2 m/s of descent in 2 s."""
+    size = math.hypot(setpoint.north_m_s2, setpoint.east_m_s2)  # type: ignore[union-attr]
+    return size <= 6.87 and -1.5 <= setpoint.down_m_s2 <= 1.0  # type: ignore[union-attr]
+
+
+def test_an_acceleration_is_refused_where_it_leads_beyond_the_limits() -> None:
+    edge = replace(HERE, here=(990.0, 0.0, 20.0))
+    none = {"north_m_s2": 0.0, "east_m_s2": 0.0, "down_m_s2": 0.0}
+    assert refusal_of(example("acceleration_ned", **none | {"north_m_s2": 6.0}), edge) == "limit.distance"
+    assert not limit(example("acceleration_ned", **none | {"north_m_s2": -6.0}), LIMITS, edge).clamps
+    low = replace(HERE, here=(0.0, 0.0, 3.0))
+    assert refusal_of(example("acceleration_ned", **none | {"down_m_s2": 1.0}), low) == "limit.altitude"
+    assert refusal_of(example("acceleration_body", forward_m_s2=3.0), low) == "limit.altitude", "its tilt is not known"
+    sinking = replace(HERE, velocity=(0.0, 0.0, -2.5))
+    assert refusal_of(example("acceleration_ned", **none), sinking) == "limit.descend"
+
+
+combined = st.builds(
+    lambda n, e, d, vn, ve, vd, an, ae, ad: example(
+        "position_velocity_acceleration_ned",
+        **{"north_m": n, "east_m": e, "down_m": d, "north_m_s": vn, "east_m_s": ve, "down_m_s": vd},
+        **{"north_m_s2": an, "east_m_s2": ae, "down_m_s2": ad},
+    ),
+    *(st.floats(-1200, 1200), st.floats(-1200, 1200), st.floats(-150, 20)),
+    *(st.floats(-12, 12), st.floats(-12, 12), st.floats(-4, 4)),
+    *(st.floats(-9, 9), st.floats(-9, 9), st.floats(-3, 3)),
+)
+
+
+@PATIENT
+@given(setpoint=combined, where=heres)
+def test_what_is_beside_a_place_leads_beyond_no_limit_from_there_nor_from_the_vehicle(
+    setpoint: Setpoint, where: VehiclePose
+) -> None:
+    found = limit(setpoint, LIMITS, where).setpoint
+    assert bounded(found)
+    assert math.hypot(*across_beside(found)) <= 10.0 + 1e-6
+    place = (found.north_m, found.east_m, -found.down_m)  # type: ignore[union-attr,operator]
+    assert where.here is not None
+    for start in (where.here, place):
+        for north, east, up in leads_of(found):
+            there = math.hypot(start[0] + north, start[1] + east)
+            assert there <= max(1000.0, math.hypot(start[0], start[1])) + 1e-6
+            assert min(2.0, start[2]) - 1e-6 <= start[2] + up <= max(120.0, start[2]) + 1e-6
+
+
+def leads_of(setpoint: Setpoint) -> tuple[tuple[float, float, float], ...]:
+    """How far the velocity and the acceleration lead in 2 s."""
+    north, east = across_beside(setpoint)
+    down, up = setpoint.down_m_s, -2.0 * setpoint.down_m_s2  # type: ignore[union-attr]
+    return (2.0 * north, 2.0 * east, -2.0 * down), (2.0 * setpoint.north_m_s2, 2.0 * setpoint.east_m_s2, up)  # type: ignore[union-attr]
+
+
+@PATIENT
+@given(setpoint=combined, where=heres)
+def test_limits_change_nothing_beside_a_place_silently_and_refuse_the_same(
+    setpoint: Setpoint, where: VehiclePose
+) -> None:
+    first = limit(setpoint, LIMITS, where)
+    assert (first.setpoint == setpoint) == (not first.clamps)
+    again = limit(first.setpoint, LIMITS, where).setpoint
+    for name, value in first.setpoint.model_dump(exclude={"type"}).items():
+        assert value is None or getattr(again, name) == pytest.approx(value, abs=1e-6)
+    if first.clamps:
+        assert refusal_of(setpoint, where, when_exceeded="refuse") == first.clamps[0].code
+
+
 NEW, OLD = FirmwareVersion(1, 17, 0), FirmwareVersion(1, 14, 3)
 
 
@@ -218,6 +346,49 @@ def test_a_velocity_towards_the_fence_is_stopped() -> None:
     found = limit(example("velocity_ned", north_m_s=5.0, east_m_s=0.0), LIMITS, fenced(here=(45.0, 0.0, 20.0)))
     assert [clamp.code for clamp in found.clamps] == ["limit.fence"]
     assert across(found.setpoint) == (0.0, 0.0)
+
+
+@PATIENT
+@given(
+    place=st.tuples(st.floats(-49, 49), st.floats(-49, 49), st.floats(3, 119)),
+    velocity=st.tuples(st.floats(-12, 12), st.floats(-12, 12), st.floats(-4, 4)),
+    start=st.tuples(st.floats(-49, 49), st.floats(-49, 49), st.floats(3, 119)),
+    gain_per_s=st.floats(0.2, 2.0),
+)
+def test_a_vehicle_that_adds_the_velocity_to_its_way_to_the_place_never_leaves(
+    place: tuple[float, float, float],
+    velocity: tuple[float, float, float],
+    start: tuple[float, float, float],
+    gain_per_s: float,
+) -> None:
+    """As PX4 does: MPC_XY_P and MPC_Z_P times the way that is left, plus the velocity."""
+    place_ned = {"north_m": place[0], "east_m": place[1], "down_m": -place[2]}
+    beside = dict(zip(("north_m_s", "east_m_s", "down_m_s"), velocity, strict=True))
+    setpoint, area, here = example("position_velocity_ned", **place_ned, **beside), on_board(fence()), start
+    for _ in range(40):
+        found = limit(setpoint, LIMITS, replace(HERE, here=here, fence=area)).setpoint
+        added = (*across_beside(found), -found.down_m_s)  # type: ignore[union-attr]
+        moved = [h + 0.2 * (gain_per_s * (p - h) + v) for h, p, v in zip(here, place, added, strict=True)]
+        here = (moved[0], moved[1], moved[2])
+        assert max(abs(here[0]), abs(here[1])) <= 50.0
+        assert 2.0 <= here[2] <= 120.0
+
+
+def test_a_velocity_beside_a_place_may_not_lead_out_of_the_fence() -> None:
+    south = example("position_velocity_ned", north_m=-45.0, east_m=0.0, north_m_s=-10.0, east_m_s=0.0)
+    found = limit(south, LIMITS, fenced(here=(0.0, 0.0, 20.0)))
+    assert [clamp.code for clamp in found.clamps] == ["limit.fence"]
+    assert across_beside(found.setpoint) == (0.0, 0.0)
+    still = south.model_copy(update={"north_m_s": 0.0})
+    assert limit(still, LIMITS, fenced(here=(0.0, 0.0, 20.0))).setpoint == still
+
+
+def test_what_lies_between_the_vehicle_and_where_it_is_led_counts_too() -> None:
+    """Past a corner of the exclusion: neither way alone touches it, but the vehicle turns off on the way."""
+    where = fenced("EXCLUSION", here=(-65.0, -45.0, 20.0))
+    for speed, codes in ((2.0, []), (3.0, ["limit.fence"])):
+        turning = example("position_velocity_ned", north_m=-45.0, east_m=-65.0, north_m_s=speed, east_m_s=speed)
+        assert [clamp.code for clamp in limit(turning, LIMITS, where).clamps] == codes
 
 
 def test_a_vehicle_without_a_fence_has_none() -> None:
