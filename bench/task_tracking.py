@@ -115,7 +115,7 @@ async def rests_from(
     """Metres from a goto's place, once the task is over and the vehicle stands."""
     place = (20.0, 20.0)
     queued, _ = await put(dispatcher, lease, subject, {"type": "goto", "point": local(place)[0]}, speed)
-    origin = EkfOrigin(**queued["queue"]["origin"], home_up_m=0.0)
+    origin = EkfOrigin(**queued["queue"]["origin"])
     await until(lambda: dispatcher.get(TASKS), lambda queue: not queue["tasks"], "the goto must end", 90)
     await asyncio.sleep(RESTS_S)
     vehicle = await truth(fleet)
@@ -127,7 +127,7 @@ async def flown(
 ) -> list[float]:
     """Metres beside the course, 20 looks a second, from where it was joined on."""
     queued, document = await put(dispatcher, lease, subject, {"type": kind, **subject.patterns[kind]}, speed)
-    origin = EkfOrigin(**queued["queue"]["origin"], home_up_m=0.0)
+    origin = EkfOrigin(**queued["queue"]["origin"])
     course = course_of(task_of(document), origin, 0.0)
     beside: list[float] = []
     while (queue := await dispatcher.get(TASKS))["report"]["current_id"] == queued["task_id"]:

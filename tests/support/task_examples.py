@@ -11,7 +11,7 @@ from app.domain.offboard.tasks.course import EkfOrigin
 from app.domain.offboard.tasks.forms import Task
 
 _TASK: TypeAdapter[Task] = TypeAdapter(Task)
-ORIGIN = EkfOrigin(47.397742, 8.545594, 488.0, 0.0)
+ORIGIN = EkfOrigin(47.397742, 8.545594, 488.0)
 HERE: dict[str, Any] = {"east_m": 10.0, "north_m": 20.0}
 THERE: dict[str, Any] = {"east_m": 10.0, "north_m": 80.0}
 EXAMPLES: dict[str, dict[str, Any]] = {

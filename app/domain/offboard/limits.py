@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.airspace import shapes
-from app.domain.airspace.geofence import FenceArea
+from app.domain.airspace.geofence import FenceArea, Place
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
 from app.domain.geo import LocalProjection
@@ -69,6 +69,12 @@ class VehiclePose:
     velocity: Vector = (0.0, 0.0, 0.0)
     heading_deg: float = 0.0
     fence: FenceArea | None = None
+    fence_home: tuple[float, float] = (0.0, 0.0)
+    """Home now, in the metres of the fence: north, east. Home can move, the fence does not."""
+
+    def in_fence(self, north_m: float, east_m: float) -> Place:
+        """East and north in the metres of the fence, of a place that is measured from home."""
+        return east_m + self.fence_home[1], north_m + self.fence_home[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,7 +269,7 @@ class _Judge:
 
     def _stays_inside(self, starts: list[Vector], ends: list[tuple[float, float]]) -> bool:
         """Whether the fence encloses all that lies between; the starts alone are not judged here."""
-        places = [(east, north) for north, east, *_ in (*starts, *ends)]
+        places = [self._where.in_fence(*one[:2]) for one in (*starts, *ends)]
         fence = self._where.fence
         if fence is None or set(places[len(starts) :]) <= set(places[: len(starts)]):
             return True
@@ -307,8 +313,8 @@ class _Judge:
         fence, here = self._where.fence, self._where.here
         if fence is None:
             return
-        end = (point[1], point[0])
-        start = end if here is None else (here[1], here[0])
+        end = self._where.in_fence(*point[:2])
+        start = end if here is None else self._where.in_fence(*here[:2])
         if not fence.allows(shapes.Point(end) if start == end else shapes.LineString((start, end))):
             raise SetpointRefusedError(refusal="limit.fence", detail="the straight way there leaves the fence on board")
 
@@ -333,7 +339,7 @@ class _Judge:
         fence = self._where.fence
         if fence is None or there == here[:2]:
             return True
-        if not fence.allows(shapes.LineString(((here[1], here[0]), (there[1], there[0])))):
+        if not fence.allows(shapes.LineString((self._where.in_fence(*here[:2]), self._where.in_fence(*there)))):
             self._exceeded("limit.fence", "it leads out of the fence on board")
             return False
         return True

@@ -25,7 +25,7 @@ from app.domain.vehicle.state import IN_TRANSITION, FirmwareVersion, VehicleStat
 
 @dataclass(frozen=True, slots=True)
 class ControlContext:
-    """What stays as it is during one lease. `fence` is in metres around the home it was read with.
+    """What stays as it is during one lease. `fence` is in the metres of `fence_frame`, around home as it was read.
 
     `wing`: how it flies to a place by command.
     """
@@ -34,6 +34,7 @@ class ControlContext:
     profile: FirmwareProfile
     fresh_s: float
     fence: FenceArea | None = None
+    fence_frame: LocalProjection | None = None
     wing: Wing = field(default_factory=Wing)
 
     @classmethod
@@ -71,7 +72,15 @@ class ControlContext:
             velocity=velocity,
             heading_deg=state.heading_deg or 0.0,
             fence=self.fence,
+            fence_home=self._home_in_fence(state),
         )
+
+    def _home_in_fence(self, state: VehicleState) -> tuple[float, float]:
+        """North and east: somebody may have set another home since the fence was read."""
+        if state.home is None or self.fence_frame is None:
+            return 0.0, 0.0
+        east, north = self.fence_frame.to_local(state.home.latitude_deg, state.home.longitude_deg)
+        return north, east
 
 
 def _from_home(state: VehicleState) -> Vector | None:
@@ -173,22 +182,27 @@ async def with_fence(context: ControlContext, link: VehicleLink, entries: Sequen
     known = behaviour_of(context.vehicle_type, link.identity.firmware)
     loiter = known.name_of(Quantity.LOITER_RADIUS_M)
     loiter_m = next((entry.value for entry in entries if entry.parameter == loiter), None)
-    return replace(context, fence=await _read_fence(link, known), wing=Wing.of(loiter_m, known))
+    fence, frame = await _read_fence(link, known)
+    return replace(context, fence=fence, fence_frame=frame, wing=Wing.of(loiter_m, known))
 
 
-async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | None:
-    """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
+async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> tuple[FenceArea | None, LocalProjection | None]:
+    """The fence on board and its frame, around home; None without one.
+
+    Raises:
+        OffboardNotReadyError: without a home. LinkError.
+    """
     items = await link.download(MissionType.FENCE)
     home = link.state().home
     if not items:
-        return None
+        return None, None
     if home is None:
         raise OffboardNotReadyError(
             "the vehicle has a geofence but no home position to measure from", hint="wait for a position fix"
         )
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
     needs_all = behaviour.needs_all_inclusions
-    return await asyncio.to_thread(onboard_fence, items, projection, needs_all_inclusions=needs_all)
+    return await asyncio.to_thread(onboard_fence, items, projection, needs_all_inclusions=needs_all), projection
 
 
 async def _audited(

@@ -207,14 +207,14 @@ class TaskQueueService:
                 hint="leave, then enter without `control_method`",
             )
         origin = flight.origin or EkfOrigin.of(state)
-        if origin is None:
+        if origin is None or state.home is None:
             raise TaskRefusedError(
                 "the vehicle has not reported its home in local coordinates, so its EKF origin is unknown",
                 refusal="task.origin_unknown",
                 hint="wait for the position",
             )
         flight.set_origin(origin)
-        course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
+        course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task, state.home.altitude_m)
         wing = context.wing if control_method is ControlMethod.COMMANDS else None
         refuse_beyond(task, course, up_m, control.settings.limits, context.pose(state), wing)
         return course, up_m

@@ -35,7 +35,7 @@ class Flight:
         self.gcs.until(lambda: self.mode is Mode.LOITER and self.fix().up_m > 15.0, 60.0)
         self.gcs.vehicle.faults.wind_east_m_s = wind_east_m_s
         frame = self.gcs.vehicle.spec.frame
-        self.origin = EkfOrigin(frame.latitude_deg, frame.longitude_deg, frame.altitude_m, 0.0)
+        self.origin = EkfOrigin(frame.latitude_deg, frame.longitude_deg, frame.altitude_m)
 
     @property
     def mode(self) -> Mode:

@@ -150,12 +150,11 @@ _ROUNDS: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class EkfOrigin:
-    """From where local coordinates count: degrees, metres AMSL; `home_up_m` is home above it now."""
+    """From where local coordinates count: degrees, metres AMSL."""
 
     latitude_deg: float
     longitude_deg: float
     altitude_m: float
-    home_up_m: float
 
     @classmethod
     def of(cls, state: VehicleState) -> EkfOrigin | None:
@@ -168,7 +167,7 @@ class EkfOrigin:
         for _ in range(_ROUNDS):
             home_east, home_north = LocalProjection(latitude, longitude).to_local(home.latitude_deg, home.longitude_deg)
             latitude, longitude = LocalProjection(latitude, longitude).to_global(home_east - east, home_north - north)
-        return cls(latitude, longitude, home.altitude_m + down, -down)
+        return cls(latitude, longitude, home.altitude_m + down)
 
     def ground(self, point: LocalPoint | GlobalPoint) -> Ground:
         """North and east of a point."""
@@ -182,11 +181,13 @@ class EkfOrigin:
         east, north = self._projection().to_local(latitude_deg, longitude_deg)
         return north, east
 
-    def up_of(self, task: TaskModel) -> float | None:
-        """The height of the task above the origin; None if it has none."""
+    def up_of(self, task: TaskModel, home_altitude_m: float) -> float | None:
+        """The height of the task above the origin; None if it has none. `home_altitude_m`: of home now, AMSL."""
         if task.absolute_altitude_m is not None:
             return task.absolute_altitude_m - self.altitude_m
-        return None if task.relative_altitude_m is None else self.home_up_m + task.relative_altitude_m
+        if task.relative_altitude_m is None:
+            return None
+        return home_altitude_m + task.relative_altitude_m - self.altitude_m
 
     def _projection(self) -> LocalProjection:
         return LocalProjection(self.latitude_deg, self.longitude_deg)
@@ -234,7 +235,7 @@ def _refuse_beyond_fence(points: tuple[Ground, ...], where: VehiclePose) -> None
     if where.fence is None:
         return
     north, east, _ = where.home_ned or (0.0, 0.0, 0.0)
-    around_home = [(point[1] - east, point[0] - north) for point in points]
-    shape = shapes.Point(around_home[0]) if len(around_home) == 1 else shapes.LineString(around_home)
+    places = [where.in_fence(point[0] - north, point[1] - east) for point in points]
+    shape = shapes.Point(places[0]) if len(places) == 1 else shapes.LineString(places)
     if not where.fence.allows(shape):
         raise SetpointRefusedError("it leads out of the fence on board", refusal="limit.fence")

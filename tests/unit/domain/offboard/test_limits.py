@@ -15,10 +15,11 @@ from app.domain.autopilot import behaviour_of
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
 from app.domain.geo import LocalProjection
-from app.domain.mission import MavCmd, MavFrame, MissionItem, MissionType
+from app.domain.mission import MavCmd, MissionItem
 from app.domain.offboard.limits import OffboardLimits, VehiclePose, limit, tilt_deg
 from app.domain.offboard.setpoints import Attitude, PositionNed, Setpoint, VelocityBody, VelocityNed
 from app.domain.vehicle.state import FirmwareVersion, VehicleType
+from tests.support.fences import square
 from tests.support.setpoint_examples import attitudes, body_velocities, example, places, velocities
 
 PATIENT = settings(deadline=None)
@@ -313,26 +314,13 @@ def test_limits_change_nothing_beside_a_place_silently_and_refuse_the_same(
 NEW, OLD = FirmwareVersion(1, 17, 0), FirmwareVersion(1, 14, 3)
 
 
-def fence(kind: str = "INCLUSION") -> tuple[MissionItem, ...]:
-    command = MavCmd[f"NAV_FENCE_POLYGON_VERTEX_{kind}"]
-    projection = LocalProjection(HOME[0], HOME[1])
-    corners = [projection.to_global(east, north) for east, north in ((-50, -50), (-50, 50), (50, 50), (50, -50))]
-    return tuple(
-        MissionItem(
-            seq, MavFrame.GLOBAL_RELATIVE_ALT_INT, command, 4.0, 0.0, 0.0, 0.0,
-            x=round(latitude * 1e7), y=round(longitude * 1e7), mission_type=MissionType.FENCE,
-        )
-        for seq, (latitude, longitude) in enumerate(corners)
-    )  # fmt: skip
-
-
 def on_board(items: Sequence[MissionItem], firmware: FirmwareVersion | None = NEW) -> FenceArea | None:
     known = behaviour_of(VehicleType.MULTICOPTER, firmware)
     return onboard_fence(items, LocalProjection(HOME[0], HOME[1]), needs_all_inclusions=known.needs_all_inclusions)
 
 
 def fenced(kind: str = "INCLUSION", here: tuple[float, float, float] = (5.0, 5.0, 20.0)) -> VehiclePose:
-    return replace(HERE, here=here, fence=on_board(fence(kind)))
+    return replace(HERE, here=here, fence=on_board(square(kind=kind)))
 
 
 def test_a_place_beyond_the_fence_on_board_is_refused_and_never_moved() -> None:
@@ -340,6 +328,19 @@ def test_a_place_beyond_the_fence_on_board_is_refused_and_never_moved() -> None:
     assert refusal_of(example("position_ned", north_m=60.0), fenced()) == "limit.fence"
     across_it = example("position_ned", north_m=0.0, east_m=80.0)
     assert refusal_of(across_it, fenced("EXCLUSION", here=(0.0, -80.0, 20.0))) == "limit.fence"
+
+
+def test_a_fence_stays_where_it_is_when_home_moves() -> None:
+    """Home was set anew 100 m north of the fence's middle. The vehicle is 60 m south of home."""
+    moved = replace(fenced(here=(-60.0, 0.0, 20.0)), home_ned=(100.0, 0.0, 0.0), fence_home=(100.0, 0.0))
+    inside, outside = (example("position_ned", north_m=north, east_m=0.0) for north in (-40.0, 60.0))
+    assert limit(inside, LIMITS, moved).setpoint == inside
+    assert refusal_of(outside, moved) == "limit.fence"
+    back, out = (example("velocity_ned", north_m_s=north, east_m_s=0.0) for north in (-6.0, 6.0))
+    assert limit(back, LIMITS, moved).setpoint == back
+    assert [clamp.code for clamp in limit(out, LIMITS, moved).clamps] == ["limit.fence"]
+    beside = example("position_velocity_ned", north_m=40.0, east_m=0.0, north_m_s=6.0, east_m_s=0.0)
+    assert [clamp.code for clamp in limit(beside, LIMITS, moved).clamps] == ["limit.fence"]
 
 
 def test_a_velocity_towards_the_fence_is_stopped() -> None:
@@ -364,7 +365,7 @@ def test_a_vehicle_that_adds_the_velocity_to_its_way_to_the_place_never_leaves(
     """As PX4 does: MPC_XY_P and MPC_Z_P times the way that is left, plus the velocity."""
     place_ned = {"north_m": place[0], "east_m": place[1], "down_m": -place[2]}
     beside = dict(zip(("north_m_s", "east_m_s", "down_m_s"), velocity, strict=True))
-    setpoint, area, here = example("position_velocity_ned", **place_ned, **beside), on_board(fence()), start
+    setpoint, area, here = example("position_velocity_ned", **place_ned, **beside), on_board(square()), start
     for _ in range(40):
         found = limit(setpoint, LIMITS, replace(HERE, here=here, fence=area)).setpoint
         added = (*across_beside(found), -found.down_m_s)  # type: ignore[union-attr]
@@ -399,9 +400,9 @@ def test_a_vehicle_without_a_fence_has_none() -> None:
 def test_newer_firmware_wants_a_place_in_all_inclusions_around_home(
     firmware: FirmwareVersion | None, refused: bool
 ) -> None:
-    circle = replace(fence()[0], seq=4, command=MavCmd.NAV_FENCE_CIRCLE_INCLUSION, param1=30.0)
+    circle = replace(square()[0], seq=4, command=MavCmd.NAV_FENCE_CIRCLE_INCLUSION, param1=30.0)
     home = replace(circle, x=round(HOME[0] * 1e7), y=round(HOME[1] * 1e7))
-    around_home = on_board((*fence(), home), firmware)
+    around_home = on_board((*square(), home), firmware)
     setpoint, there = example("position_ned", north_m=40.0), replace(fenced(), fence=around_home)
     if refused:
         assert refusal_of(setpoint, there) == "limit.fence"

@@ -21,8 +21,9 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import MavResult
-from app.domain.vehicle.state import FlightMode, VehicleType, VtolState
+from app.domain.vehicle.state import FlightMode, GlobalPosition, VehicleType, VtolState
 from tests.support.controlled_vehicle import SETTINGS, controlled_vehicle, paused_run
+from tests.support.fences import MIDDLE, square
 
 
 async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_before_the_mode() -> None:
@@ -297,3 +298,21 @@ async def test_two_entries_at_once_are_one() -> None:
         assert not isinstance(first, Exception)
         assert isinstance(second, OffboardNotReadyError)
         assert quad.vehicle.sent.count("hold") == 1
+
+
+async def test_the_fence_stays_where_it_is_when_somebody_sets_another_home_in_flight() -> None:
+    async with controlled_vehicle() as quad:
+        quad.vehicle.on_board = square(50.0)
+        await quad.flown()
+        latitude, longitude = MIDDLE.to_global(0.0, 100.0)
+        home = GlobalPosition(latitude, longitude, 488.0)
+        quad.vehicle.put(home=home, home_ned_m=(100.0, 0.0, 0.0))
+        assert not quad.put("position_ned", north_m=40.0, east_m=0.0, down_m=-20.0)
+        assert not quad.put("velocity_ned", north_m_s=5.0, east_m_s=0.0, down_m_s=0.0)
+        with pytest.raises(SetpointRefusedError) as refused:
+            quad.put("position_ned", north_m=60.0, east_m=0.0, down_m=-20.0)
+        assert refused.value.refusal == "limit.fence"
+        latitude, longitude = MIDDLE.to_global(0.0, 45.0)
+        quad.vehicle.put(latitude_deg=latitude, longitude_deg=longitude)
+        (clamp,) = quad.put("velocity_ned", north_m_s=5.0, east_m_s=0.0, down_m_s=0.0)
+        assert clamp.code == "limit.fence"

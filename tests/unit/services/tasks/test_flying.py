@@ -16,7 +16,7 @@ from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.forms import LocalPoint, Motion, TaskTerms
 from app.domain.reasons import Reason, ReasonCode, describe
-from app.domain.vehicle.state import FlightMode, VehicleType
+from app.domain.vehicle.state import FlightMode, GlobalPosition, VehicleType
 from tests.support.controlled_vehicle import controlled_vehicle, paused_run
 from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
 from tests.support.task_examples import task
@@ -288,3 +288,16 @@ async def test_a_new_lease_begins_without_the_reason_of_the_last_one() -> None:
         assert report(quad).reason is None
         queue(quad, "segment")
         assert report(quad).reason is None
+
+
+async def test_an_altitude_above_home_counts_from_home_as_it_is_when_the_task_is_queued() -> None:
+    async with controlled_vehicle() as quad:
+        await flying(quad, "circle", relative_altitude_m=20.0)
+        home = GlobalPosition(47.397742, 8.545594, 498.0)
+        quad.vehicle.put(home=home, home_ned_m=(0.0, 0.0, -10.0))  # 10 m higher than before
+        queue(quad, "goto", "replace_all", relative_altitude_m=20.0)
+        put_at(quad, 20.0, 10.0)
+        await quad.ticks(2)
+        newest = quad.sent[-1]
+        assert isinstance(newest, LocalTarget)
+        assert newest.position == pytest.approx((20.0, 10.0, -30.0), abs=0.01)

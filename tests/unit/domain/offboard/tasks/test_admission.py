@@ -33,7 +33,7 @@ def refusal(kind: str, where: VehiclePose = AT_HOME, limits: OffboardLimits = LI
     """The code, or empty if the task is taken."""
     one = task(kind, **changes)
     try:
-        refuse_beyond(one, course_of(one, ORIGIN, 0.0), ORIGIN.up_of(one), limits, where)
+        refuse_beyond(one, course_of(one, ORIGIN, 0.0), ORIGIN.up_of(one, 488.0), limits, where)
     except TaskRefusedError as error:
         return error.refusal
     return ""
@@ -97,6 +97,14 @@ def test_a_fence_is_measured_from_home_and_a_task_from_the_origin() -> None:
     south = FenceArea(Polygon([(-50, -90), (50, -90), (50, -70), (-50, -70)]), None)
     assert refusal("goto", replace(moved, fence=south)) == ""
     assert refusal("goto", replace(AT_HOME, fence=south)) == "limit.fence"
+
+
+def test_a_fence_stays_where_it_is_when_home_moves() -> None:
+    """Home was set anew 100 m north, and the vehicle counts from the same origin as before."""
+    around = FenceArea(Polygon([(0, 0), (20, 0), (20, 90), (0, 90)]), None)
+    moved = replace(AT_HOME, home_ned=(100.0, 0.0, 0.0), fence=around, fence_home=(100.0, 0.0))
+    assert refusal("segment", moved) == ""
+    assert refusal("goto", moved, point={"east_m": 10.0, "north_m": 120.0}) == "limit.fence"
 
 
 def test_a_wing_neither_stops_for_the_gripper_nor_flies_small_circles() -> None:
@@ -182,9 +190,15 @@ def test_the_origin_is_found_from_home_wherever_home_is(
     home = GlobalPosition(*place, 488.0)
     origin = EkfOrigin.of(VehicleState(home=home, home_ned_m=(north_m, east_m, down_m)))
     assert origin is not None
-    assert (origin.altitude_m, origin.home_up_m) == (488.0 + down_m, -down_m)
+    assert origin.altitude_m == 488.0 + down_m
     assert origin.place(latitude, 8.5) == pytest.approx((0.0, 0.0), abs=0.01)
     assert origin.place(*place) == pytest.approx((north_m, east_m), abs=0.01)
+
+
+def test_an_altitude_above_home_counts_from_home_as_it_is_now() -> None:
+    assert ORIGIN.up_of(task("goto", relative_altitude_m=30.0), 488.0) == 30.0
+    assert ORIGIN.up_of(task("goto", relative_altitude_m=30.0), 500.0) == 42.0
+    assert ORIGIN.up_of(task("goto", absolute_altitude_m=500.0), 500.0) == 12.0
 
 
 def test_without_home_in_both_frames_the_origin_is_not_known() -> None:
