@@ -15,9 +15,17 @@ from app.domain.items.fields import Point as Corner
 from app.domain.mission import MavCmd, MissionItem
 from app.domain.plan.document import FenceCircle, FenceKind, FencePolygon, Geofence
 
+Place = tuple[float, float]
+"""East, north."""
+
 _SEGMENTS = 32
 """Segments per quarter circle. The polygon is inside an inclusion circle and around an exclusion circle, to be safe."""
 MIN_AREA_M2 = 1.0
+_TOUCH_M: Final = 0.05
+_MARGIN_M: Final = 100_000.0
+"""Wider than any exclusion: all around a way is allowed if there are exclusions only."""
+_ROUNDING: Final = 1.01
+"""A widened shape has corners instead of arcs, which lie a little inside."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +40,25 @@ class FenceArea:
         if self.inside is not None and not self.inside.covers(path):
             return False
         return self.outside is None or not self.outside.intersects(path)
+
+    def leads_back(self, start: Place, end: Place) -> bool:
+        """Whether the straight way from a start outside leads back: once inside it stays there, and before it is never
+        farther outside than the start. It may end outside if it ends nearer.
+        """
+        if self.allows(shapes.Point(start)):
+            return False
+        way = shapes.LineString((start, end))
+        free = way.buffer(_MARGIN_M) if self.inside is None else self.inside
+        if self.outside is not None:
+            free = free.difference(self.outside)
+        beyond, out_m, end_m = (
+            way.difference(free),
+            free.distance(shapes.Point(start)),
+            free.distance(shapes.Point(end)),
+        )
+        if not isinstance(beyond, shapes.LineString) or not (end_m == 0.0 or end_m < out_m):
+            return False
+        return bool(free.buffer(out_m * _ROUNDING + _TOUCH_M).covers(beyond))
 
     def clearance_m(self, path: shapes.BaseGeometry) -> float:
         """Return the distance of the path from the edge of the allowed area; infinite without a geofence."""
@@ -89,11 +116,8 @@ def _union(areas: list[shapes.BaseGeometry]) -> shapes.BaseGeometry | None:
     return union
 
 
-Place = tuple[float, float]
-
 _COARSE_M: Final = 1.0
 """Number of corners of a circle. The margin is several times larger than the error."""
-_TOUCH_M: Final = 0.05
 
 
 def way_round(area: FenceArea, here: Place, there: Place, margin_m: float) -> tuple[Place, ...] | None:

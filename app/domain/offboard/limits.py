@@ -309,13 +309,15 @@ class _Judge:
         return setpoint.model_copy(update={"latitude_deg": place[0], "longitude_deg": place[1], "altitude_m": height})
 
     def _refuse_beyond_fence(self, point: Vector) -> None:
-        """A position cannot be moved inside a fence without changing the course."""
+        """A position cannot be moved inside a fence without changing the course. From outside the way must lead in."""
         fence, here = self._where.fence, self._where.here
         if fence is None:
             return
         end = self._where.in_fence(*point[:2])
         start = end if here is None else self._where.in_fence(*here[:2])
-        if not fence.allows(shapes.Point(end) if start == end else shapes.LineString((start, end))):
+        if fence.allows(shapes.Point(end) if start == end else shapes.LineString((start, end))):
+            return
+        if not fence.allows(shapes.Point(end)) or not fence.leads_back(start, end):
             raise SetpointRefusedError(refusal="limit.fence", detail="the straight way there leaves the fence on board")
 
     def _velocity_of(self, setpoint: Setpoint) -> Vector | None:
@@ -339,7 +341,8 @@ class _Judge:
         fence = self._where.fence
         if fence is None or there == here[:2]:
             return True
-        if not fence.allows(shapes.LineString((self._where.in_fence(*here[:2]), self._where.in_fence(*there)))):
+        start, end = self._where.in_fence(*here[:2]), self._where.in_fence(*there)
+        if not fence.allows(shapes.LineString((start, end))) and not fence.leads_back(start, end):
             self._exceeded("limit.fence", "it leads out of the fence on board")
             return False
         return True

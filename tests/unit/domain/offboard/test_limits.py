@@ -384,6 +384,30 @@ def test_a_velocity_beside_a_place_may_not_lead_out_of_the_fence() -> None:
     assert limit(still, LIMITS, fenced(here=(0.0, 0.0, 20.0))).setpoint == still
 
 
+def test_outside_the_fence_the_way_back_in_is_open_and_no_other() -> None:
+    where = fenced(here=(51.0, 0.0, 20.0))
+    back, out = (example("velocity_ned", north_m_s=north, east_m_s=0.0) for north in (-3.0, 3.0))
+    assert limit(back, LIMITS, where).setpoint == back
+    assert [clamp.code for clamp in limit(out, LIMITS, where).clamps] == ["limit.fence"]
+    home = example("position_ned", north_m=0.0, east_m=0.0)
+    assert limit(home, LIMITS, where).setpoint == home
+    assert refusal_of(example("position_ned", north_m=50.5, east_m=0.0), where) == "limit.fence", "it ends outside"
+    assert refusal_of(home, fenced("EXCLUSION", here=(-49.0, 0.0, 20.0))) == "limit.fence", "into the exclusion"
+
+
+def test_outside_the_fence_only_the_place_of_a_combined_setpoint_counts() -> None:
+    beside = example("position_velocity_ned", north_m=0.0, east_m=0.0, north_m_s=-3.0, east_m_s=0.0)
+    found = limit(beside, LIMITS, fenced(here=(51.0, 0.0, 20.0)))
+    assert [clamp.code for clamp in found.clamps] == ["limit.fence"]
+    assert across_beside(found.setpoint) == (0.0, 0.0)
+
+
+def test_outside_the_fence_an_attitude_is_taken_while_the_vehicle_comes_back() -> None:
+    where = fenced(here=(55.0, 0.0, 20.0))
+    assert not limit(example("attitude"), LIMITS, replace(where, velocity=(-1.0, 0.0, 0.0))).clamps
+    assert refusal_of(example("attitude"), replace(where, velocity=(1.0, 0.0, 0.0))) == "limit.fence"
+
+
 def test_what_lies_between_the_vehicle_and_where_it_is_led_counts_too() -> None:
     """Past a corner of the exclusion: neither way alone touches it, but the vehicle turns off on the way."""
     where = fenced("EXCLUSION", here=(-65.0, -45.0, 20.0))
