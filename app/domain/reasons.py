@@ -304,6 +304,10 @@ class ReasonCode(StrEnum):
     OFFBOARD_SOCKET_CLOSED = "offboard.socket_closed", "the client disconnected"
     OFFBOARD_NOT_RENEWED = "offboard.not_renewed", "the lease was not renewed for {lease_s:g} s"
     OFFBOARD_CLIENT_SILENT = "offboard.client_silent", "the client was silent for {silent_s:.1f} s"
+    OFFBOARD_ALL_REJECTED = (
+        "offboard.all_rejected",
+        "no setpoint was accepted for {silent_s:.1f} s, the last one was rejected with {refusal}: {detail}",
+    )
     OFFBOARD_LINK_LOST = "offboard.link_lost", "the link to the vehicle is lost"
     OFFBOARD_REBOOTED = "offboard.rebooted", "the vehicle rebooted"
     OFFBOARD_QUARANTINED = "offboard.quarantined", "the vehicle is quarantined"

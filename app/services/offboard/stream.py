@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from app.domain.errors import SetpointRefusedError
 from app.domain.offboard.encode import Follower, encode, refuse_unfit
 from app.domain.offboard.limits import Clamp, limit
 from app.domain.offboard.messages import SetpointMessage
@@ -94,6 +95,8 @@ class SetpointFlow:
         self._settings = settings
         self._send = send
         self._spoke_s = 0.0
+        self._rejected: SetpointRefusedError | None = None
+        """The newest since `_spoke_s`."""
         self._left = asyncio.Event()
         self.start(settings.rate_hz)
 
@@ -110,7 +113,8 @@ class SetpointFlow:
 
     def count_from(self, now_s: float) -> None:
         """The silence of the client counts from here, unless it has spoken later."""
-        self._spoke_s = max(self._spoke_s, now_s)
+        if now_s >= self._spoke_s:
+            self._spoke_s, self._rejected = now_s, None
 
     async def streamed(self, seconds: float) -> None:
         """Return when so much of the stream has been sent."""
@@ -125,11 +129,15 @@ class SetpointFlow:
     ) -> tuple[Clamp, ...]:
         """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age."""
         follower = context.follower(state)
-        refuse_unfit(setpoint, follower)  # before any limit is looked at
-        limited = limit(setpoint, self._settings.limits, context.pose(state))
-        message = encode(limited.setpoint, follower)
+        try:
+            refuse_unfit(setpoint, follower)  # before any limit is looked at
+            limited = limit(setpoint, self._settings.limits, context.pose(state))
+            message = encode(limited.setpoint, follower)
+        except SetpointRefusedError as error:
+            self._rejected = error
+            raise
         self._slot = SlottedSetpoint(limited.setpoint, message, limited.clamps, now_s, source)
-        self._spoke_s = now_s
+        self._spoke_s, self._rejected = now_s, None
         return limited.clamps
 
     def tick(self, phase: OffboardState, context: ControlContext, state: VehicleState, now_s: float) -> Reason | None:
@@ -146,7 +154,7 @@ class SetpointFlow:
         silent_s = now_s - self._spoke_s if phase is OffboardState.ACTIVE else 0.0
         silence = self._settings.dead_man.judge(silent_s, follower.kind, has_estimate=follower.has_estimate)
         if silence is Silence.GONE:
-            return Reason.of(ReasonCode.OFFBOARD_CLIENT_SILENT, silent_s=silent_s)
+            return self._why_gone(silent_s)
         self._out(follower, now_s)
         return None
 
@@ -164,6 +172,14 @@ class SetpointFlow:
             clamped=[clamp.code for clamp in slotted.clamps],
         )
         return sent, self._rate.view()
+
+    def _why_gone(self, silent_s: float) -> Reason:
+        """A client whose every setpoint was rejected was not silent."""
+        if (rejected := self._rejected) is None:
+            return Reason.of(ReasonCode.OFFBOARD_CLIENT_SILENT, silent_s=silent_s)
+        return Reason.of(
+            ReasonCode.OFFBOARD_ALL_REJECTED, silent_s=silent_s, refusal=rejected.refusal, detail=rejected.detail
+        )
 
     def _is_fresh(self, now_s: float) -> bool:
         return self._slot is not None and now_s - self._slot.at_s <= self._settings.dead_man.max_age_s

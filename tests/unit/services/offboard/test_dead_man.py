@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import time
 from dataclasses import replace
 
 import pytest
 
-from app.domain.errors import LeaseLostError, LinkError
+from app.domain.errors import LeaseLostError, LinkError, SetpointRefusedError
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
 from app.domain.reasons import Reason, ReasonCode, describe
@@ -45,6 +46,32 @@ async def test_a_silent_client_is_first_zero_velocity_and_then_hold() -> None:
         await quad.until(lambda: quad.vehicle.sent[-1] == "hold", "Hold must be commanded")
         assert quad.control.state is OffboardState.IDLE
         assert await quad.quiet() == 0
+
+
+async def test_a_client_whose_every_setpoint_was_rejected_is_told_that_and_not_that_it_was_silent() -> None:
+    async with controlled_vehicle() as quad:
+        await quad.flown()
+        for _ in range(11):
+            await quad.silent_for(0.1)
+            with contextlib.suppress(LeaseLostError, SetpointRefusedError):
+                quad.put("body_rates")
+        await quad.until_state(OffboardState.IDLE)
+        reason = quad.control.reason
+        assert reason is not None
+        assert (reason.code, reason.params["refusal"]) == (ReasonCode.OFFBOARD_ALL_REJECTED, "limit.tilt")
+        assert (await quad.recorded("offboard.lease"))[-1]["reason"]["code"] == "offboard.all_rejected"
+
+
+async def test_a_client_that_falls_silent_after_an_accepted_setpoint_was_silent() -> None:
+    async with controlled_vehicle() as quad:
+        await quad.flown()
+        with pytest.raises(SetpointRefusedError):
+            quad.put("body_rates")
+        quad.put()
+        await quad.silent_for(1.2)
+        await quad.until_state(OffboardState.IDLE)
+        assert quad.control.reason is not None
+        assert quad.control.reason.code is ReasonCode.OFFBOARD_CLIENT_SILENT
 
 
 async def test_a_wing_that_cannot_stand_is_told_to_hold_at_once() -> None:
