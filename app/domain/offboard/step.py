@@ -132,9 +132,7 @@ def _enter_or_leave(control: Control, it: TransitionInput, vehicle: VehicleState
                 raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `control_method`")
             return replace(control, control_method=control_method or usual or ControlMethod.SETPOINTS), ()
         case inputs.EntryProgressed(state, reason):
-            control, effects = _cancel_hold(control) if state is _S.HOLDING else (control, ())
-            control, moved = _move(control, state, reason)
-            return control, (*effects, *moved)
+            return _progress(control, state, reason, vehicle)
         case inputs.EntryFailed(reason):
             if vehicle.mode is FlightMode.OFFBOARD:
                 return _end_with_hold(control, LeaseChange.REVOKED, reason, vehicle)
@@ -150,6 +148,17 @@ def _enter_or_leave(control: Control, it: TransitionInput, vehicle: VehicleState
             control, moved = _move(control, _S.ACTIVE, Reason.of(ReasonCode.OFFBOARD_LEAVING_FAILED, to=to))
             control, effects = _link_fact_received(control, StateChanged(), vehicle)
             return control, (*moved, *effects)
+
+
+def _progress(control: Control, state: OffboardState, reason: Reason | None, vehicle: VehicleState) -> Step:
+    """Judged by the mode as it is now: before this state no change of the mode has ended the entry."""
+    if state in TRANSITIONS[control.state]:
+        method, commanded = control.control_method, control.commanded
+        if ended := ended_by(StateChanged(), state, method, vehicle, commanded):
+            return _end(control, LeaseChange.REVOKED, ended)
+    control, effects = _cancel_hold(control) if state is _S.HOLDING else (control, ())
+    control, moved = _move(control, state, reason)
+    return control, (*effects, *moved)
 
 
 def _move(control: Control, state: OffboardState, reason: Reason | None) -> Step:

@@ -239,7 +239,7 @@ class OffboardControl:
     async def _enter(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         try:
             entries = await self._check_entry(sticks_held)
-            self._feed(inputs.EntryProgressed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
+            self._progress(_S.HOLDING, ReasonCode.OFFBOARD_COMMANDING_HOLD)
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
             refuse_amid_failsafe(self.link.state())
             await (self.link.hold() if run is None else self._runs.pause(run.id))
@@ -248,11 +248,11 @@ class OffboardControl:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
                     await self.commands.circle_here()
             else:
-                self._feed(inputs.EntryProgressed(_S.STREAMING, Reason.of(ReasonCode.OFFBOARD_STREAM_FIRST)))
+                self._progress(_S.STREAMING, ReasonCode.OFFBOARD_STREAM_FIRST)
                 await self._flow.streamed(self.settings.stream_s)
-                self._feed(inputs.EntryProgressed(_S.SWITCHING, Reason.of(ReasonCode.OFFBOARD_ASKING_MODE)))
+                self._progress(_S.SWITCHING, ReasonCode.OFFBOARD_ASKING_MODE)
                 await self.commands.switch(self.link.enter_offboard())
-            self._feed(inputs.EntryProgressed(_S.ACTIVE))
+            self._progress(_S.ACTIVE)
             return entries
         except BaseException as error:
             if self._entering is asyncio.current_task():
@@ -262,11 +262,17 @@ class OffboardControl:
                 self._feed(inputs.EntryFailed(reason))
             raise
 
+    def _progress(self, state: OffboardState, code: ReasonCode | None = None) -> None:
+        """The entry goes on. Raises LeaseLostError: somebody else has changed the mode, which has ended the lease."""
+        self._feed(inputs.EntryProgressed(state, None if code is None else Reason.of(code)))
+        if self.state is not state:
+            raise self._lost_meanwhile()
+
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         self._fleet.require_new_work()  # another gateway may have the site since the lease was acquired
         context, state = self._initial_context(), self.link.state()
         refuse_unready(self.vehicle.id, state, context.kind(state), await self._run())
-        self._feed(inputs.EntryProgressed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
+        self._progress(_S.CHECKING, ReasonCode.OFFBOARD_CHECKING)
         entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
         self.set_context(await with_fence(context, self.link, entries))
         self._flow.clear()  # it was not measured against this fence
@@ -344,8 +350,11 @@ class OffboardControl:
         finally:
             task.cancel()
         if task.cancelled():
-            raise LeaseLostError(f"the lease ended meanwhile: {describe(self.reason)}", hint="take it again")
+            raise self._lost_meanwhile()
         return task.result()
+
+    def _lost_meanwhile(self) -> LeaseLostError:
+        return LeaseLostError(f"the lease ended meanwhile: {describe(self.reason)}", hint="take it again")
 
     async def _run(self) -> Run | None:
         run_id = self.vehicle.run_id

@@ -31,7 +31,17 @@ from app.domain.offboard.inputs import (
     Tick,
     UserCommanded,
 )
-from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState, who_acts
+from app.domain.offboard.state import (
+    COMMANDED,
+    MAY_BE_IN,
+    SENDING,
+    TRANSITIONS,
+    Control,
+    Lease,
+    LeaseChange,
+    OffboardState,
+    who_acts,
+)
 from app.domain.offboard.step import step
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem, LinkLost, Rebooted, StateChanged
@@ -232,3 +242,19 @@ def test_an_end_without_hold_sends_nothing(
     assert (after.state, after.lease, after.hold_is_pending) == (OffboardState.IDLE, None, False)
     assert ControlAction.COMMAND_HOLD not in effects
     assert (ControlAction.STOP in effects) == (state is not OffboardState.IDLE)
+
+
+@given(st.sampled_from([_S.HOLDING, _S.STREAMING, _S.SWITCHING]), st.sampled_from(WAY_IN), METHODS, VEHICLES)
+def test_an_entry_goes_on_only_in_the_mode_that_it_expects(
+    state: OffboardState, to: OffboardState, control_method: ControlMethod, vehicle: VehicleState
+) -> None:
+    before = begun(state, control_method)
+    after, effects = step(before, Input(EntryProgressed(to), 0.0, vehicle))
+    if to not in TRANSITIONS[state]:
+        assert after.state is state
+    elif vehicle.mode in (COMMANDED if before.is_commanded else MAY_BE_IN[to]):
+        assert after.state in (to, OffboardState.IDLE), "disarmed, or in a failsafe, it is not ours either"
+    else:
+        assert (after.state, after.lease, after.hold_is_pending) == (OffboardState.IDLE, None, False)
+        assert ControlAction.STOP in effects
+        assert ControlAction.COMMAND_HOLD not in effects, "the mode is somebody else's"

@@ -1,0 +1,100 @@
+"""A pilot who takes the vehicle during an entry keeps it."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+
+import pytest
+
+from app.domain.errors import LeaseLostError
+from app.domain.offboard.state import OffboardState
+from app.domain.vehicle.state import FlightMode
+from tests.support.commanded_tasks import plane
+from tests.support.controlled_vehicle import ControlledVehicle, controlled_vehicle, paused_run
+
+
+def recorded_late(controlled: ControlledVehicle) -> asyncio.Event:
+    """The run's Hold is seen, and its record waits on the disk until this is set."""
+    stored, pause = asyncio.Event(), controlled.runs.pause
+
+    async def pause_and_record(run_id: str) -> None:
+        await pause(run_id)
+        await stored.wait()
+
+    controlled.runs.pause = pause_and_record  # type: ignore[method-assign]
+    return stored
+
+
+async def is_left_to_the_pilot(controlled: ControlledVehicle, entering: asyncio.Future[object]) -> None:
+    with pytest.raises(LeaseLostError, match="position mode, commanded by another client or pilot"):
+        await entering
+    assert (controlled.sent, controlled.control.state) == ([], OffboardState.IDLE)
+    assert controlled.vehicle.sent == ["hold"], "and not again"
+    assert controlled.vehicle.truth.mode is FlightMode.POSITION
+
+
+async def test_who_takes_the_sticks_after_hold_was_seen_gets_no_setpoint_and_no_mode() -> None:
+    async with controlled_vehicle(run=paused_run()) as quad:
+        quad.take()
+        quad.put()
+        stored = recorded_late(quad)
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until(lambda: quad.vehicle.sent == ["hold"], "Hold is commanded and seen")
+        quad.vehicle.put(mode=FlightMode.POSITION)
+        stored.set()
+        await is_left_to_the_pilot(quad, entering)
+
+
+async def test_who_takes_the_sticks_before_the_failsafe_is_reported_over_gets_no_setpoint_and_no_mode() -> None:
+    async with controlled_vehicle(mode=FlightMode.RETURN, in_failsafe=True) as quad:
+        quad.take()
+        quad.put()
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold is commanded and seen")
+        quad.vehicle.put(mode=FlightMode.POSITION, in_failsafe=False)
+        await is_left_to_the_pilot(quad, entering)
+
+
+async def test_a_wing_whose_pilot_takes_it_after_hold_was_seen_is_commanded_nothing() -> None:
+    async with plane(run=paused_run()) as wing:
+        stored = recorded_late(wing)
+        entering = asyncio.ensure_future(wing.enter())
+        await wing.until(lambda: wing.vehicle.truth.mode is FlightMode.HOLD, "Hold is commanded and seen")
+        wing.vehicle.put(mode=FlightMode.POSITION)
+        stored.set()
+        await is_left_to_the_pilot(wing, entering)
+        assert wing.vehicle.orders == []
+
+
+def change_mode_unsaid(controlled: ControlledVehicle) -> None:
+    """The vehicle is in another mode, and no fact of it has been told yet."""
+    controlled.vehicle.truth = replace(controlled.vehicle.truth, mode=FlightMode.POSITION)
+
+
+async def test_the_mode_is_looked_at_once_more_right_before_offboard_is_commanded() -> None:
+    async with controlled_vehicle() as quad:
+        quad.take()
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until_state(OffboardState.STREAMING)
+        change_mode_unsaid(quad)
+        with pytest.raises(LeaseLostError, match="position mode"):
+            await entering
+        assert quad.vehicle.sent == ["hold"]
+        assert await quad.quiet() == 0
+
+
+async def test_a_vehicle_that_was_in_offboard_and_has_left_it_again_is_not_under_control() -> None:
+    async with controlled_vehicle() as quad:
+        quad.take()
+        switch = quad.vehicle.enter_offboard
+
+        async def seen_and_left() -> None:
+            await switch()
+            change_mode_unsaid(quad)
+
+        quad.vehicle.enter_offboard = seen_and_left  # type: ignore[method-assign]
+        with pytest.raises(LeaseLostError, match="position mode"):
+            await quad.enter()
+        assert quad.vehicle.sent == ["hold", "offboard"], "the pilot's mode is left as it is"
+        assert await quad.quiet() == 0
