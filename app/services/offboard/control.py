@@ -239,8 +239,9 @@ class OffboardControl:
     async def _enter(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         try:
             entries = await self._check_entry(sticks_held)
+            run = await self._ready_run()  # somebody may have resumed it during the checks
+            was_in_hold = self.link.state().mode is FlightMode.HOLD
             self._progress(_S.HOLDING, ReasonCode.OFFBOARD_COMMANDING_HOLD)
-            was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
             refuse_amid_failsafe(self.link.state())
             await (self.link.hold() if run is None else self._runs.pause(run.id))
             await until_no_failsafe(self.link, self.settings.calm_s)
@@ -270,13 +271,20 @@ class OffboardControl:
 
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         self._fleet.require_new_work()  # another gateway may have the site since the lease was acquired
-        context, state = self._initial_context(), self.link.state()
-        refuse_unready(self.vehicle.id, state, context.kind(state), await self._run())
+        context = self._initial_context()
+        await self._ready_run()
         self._progress(_S.CHECKING, ReasonCode.OFFBOARD_CHECKING)
         entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
         self.set_context(await with_fence(context, self.link, entries))
         self._flow.clear()  # it was not measured against this fence
         return entries
+
+    async def _ready_run(self) -> Run | None:
+        """The run, which is paused; None without one. Raises OffboardNotReadyError: run or vehicle is not ready."""
+        run = await self._run()
+        state = self.link.state()
+        refuse_unready(self.vehicle.id, state, self._initial_context().kind(state), run)
+        return run
 
     def set_context(self, context: ControlContext) -> None:
         """What was read for the entry."""

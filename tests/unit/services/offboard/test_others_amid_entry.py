@@ -1,14 +1,16 @@
-"""A pilot who takes the vehicle during an entry keeps it."""
+"""Who takes the vehicle during an entry keeps it: a pilot, or another operator."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import pytest
 
-from app.domain.errors import LeaseLostError
+from app.domain.errors import LeaseLostError, OffboardNotReadyError
 from app.domain.offboard.state import OffboardState
+from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode
 from tests.support.commanded_tasks import plane
 from tests.support.controlled_vehicle import ControlledVehicle, controlled_vehicle, paused_run
@@ -98,3 +100,43 @@ async def test_a_vehicle_that_was_in_offboard_and_has_left_it_again_is_not_under
             await quad.enter()
         assert quad.vehicle.sent == ["hold", "offboard"], "the pilot's mode is left as it is"
         assert await quad.quiet() == 0
+
+
+def parameters_read_late(controlled: ControlledVehicle) -> asyncio.Event:
+    """The vehicle answers with its parameters once this is set."""
+    answers, read = asyncio.Event(), controlled.vehicle.read_parameters
+
+    async def read_late(names: Sequence[str]) -> Mapping[str, float | int]:
+        await answers.wait()
+        return await read(names)
+
+    controlled.vehicle.read_parameters = read_late  # type: ignore[method-assign]
+    return answers
+
+
+async def test_a_run_that_is_resumed_during_the_checks_flies_on() -> None:
+    async with controlled_vehicle(run=paused_run()) as quad:
+        quad.take()
+        answers = parameters_read_late(quad)
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until_state(OffboardState.CHECKING)
+        quad.runs.run = paused_run(RunState.FLYING)
+        quad.vehicle.put(mode=FlightMode.MISSION)
+        answers.set()
+        with pytest.raises(OffboardNotReadyError, match="run-1, which is flying"):
+            await entering
+        assert (quad.runs.asked, quad.sent, quad.vehicle.sent) == ([], [], [])
+        assert (quad.control.state, quad.vehicle.truth.mode) == (OffboardState.LEASED, FlightMode.MISSION)
+
+
+async def test_a_vehicle_that_is_disarmed_during_the_checks_is_not_entered() -> None:
+    async with controlled_vehicle() as quad:
+        quad.take()
+        answers = parameters_read_late(quad)
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until_state(OffboardState.CHECKING)
+        quad.vehicle.put(armed=False)
+        answers.set()
+        with pytest.raises(OffboardNotReadyError, match="not armed"):
+            await entering
+        assert (quad.sent, quad.vehicle.sent) == ([], [])
