@@ -139,7 +139,7 @@ class ControlAction(Enum):
     RESTART_DEAD_MAN = auto()
     STOP = auto()
     """No more ticks, setpoints and commands; entering or leaving for this lease is aborted."""
-    STOP_LEAVING = auto()
+    STOP_ENTERING_OR_LEAVING = auto()
     COMMAND_HOLD = auto()
     CANCEL_HOLD = auto()
     SEND_SETPOINT = auto()

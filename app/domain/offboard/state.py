@@ -45,6 +45,10 @@ SENDING: Final = frozenset({_S.STREAMING, _S.SWITCHING, _S.ACTIVE, _S.LEAVING})
 """Setpoints flow, if it is flown by setpoints."""
 
 
+ENTERING: Final = frozenset({_S.CHECKING, _S.HOLDING, _S.STREAMING, _S.SWITCHING})
+"""An entry is under way."""
+
+
 class LeaseChange(StrEnum):
     """What became of a lease. The last three end it."""
 

@@ -19,7 +19,16 @@ from app.domain.offboard.inputs import (
     StartStream,
     TransitionInput,
 )
-from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState, ended_by, who_acts
+from app.domain.offboard.state import (
+    ENTERING,
+    SENDING,
+    TRANSITIONS,
+    Control,
+    LeaseChange,
+    OffboardState,
+    ended_by,
+    who_acts,
+)
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import LinkFact, StateChanged
 from app.domain.vehicle.state import FlightMode, VehicleState
@@ -115,9 +124,15 @@ def _acquire(control: Control, it: inputs.AcquireLease, given: Input) -> Step:
             expires_in_s=round(before.expires_s - given.now_s, 1),
         )
     change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
-    control = replace(control, lease=it.lease, hold_is_pending=control.hold_is_pending or control.is_commanded)
-    hold = (_A.COMMAND_HOLD,) if control.is_commanded else ()
-    return control, (*effects, *hold, RecordLease(change, holder, other=before.holder), _A.STOP_LEAVING, _A.NOTIFY)
+    recorded = RecordLease(change, holder, other=before.holder)
+    is_flown = control.is_commanded or control.state is _S.SWITCHING  # which may have been obeyed already
+    control = replace(control, lease=it.lease, hold_is_pending=control.hold_is_pending or is_flown)
+    hold = (_A.COMMAND_HOLD,) if is_flown else ()
+    effects += (_A.STOP_ENTERING_OR_LEAVING, *hold, recorded)
+    if control.state not in ENTERING:  # an entry that the new holder has not asked for ends
+        return control, (*effects, _A.NOTIFY)
+    control, moved = _move(control, _S.LEASED, Reason.of(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF))
+    return control, (*effects, *moved)
 
 
 def _enter_or_leave(control: Control, it: TransitionInput, vehicle: VehicleState) -> Step:

@@ -398,19 +398,19 @@ class OffboardControl:
                 self._holding = asyncio.create_task(self._command_hold(), name=f"hold {self.vehicle.id}")
             case ControlAction.CANCEL_HOLD:
                 _cancel(self._holding)
-            case ControlAction.STOP_LEAVING:
-                self._stop_leaving()
+            case ControlAction.STOP_ENTERING_OR_LEAVING:
+                self._stop_entering_or_leaving()
             case ControlAction.STOP:
                 self._rate_loop.stop()
                 self._flow.clear()
                 self.commands.forget()
-                _cancel(self._entering)
-                self._entering = None  # how it ends says nothing of the next lease
-                self._stop_leaving()
+                self._stop_entering_or_leaving()
             case ControlAction.NOTIFY:
                 self.changed()
 
-    def _stop_leaving(self) -> None:
+    def _stop_entering_or_leaving(self) -> None:
+        _cancel(self._entering)
+        self._entering = None  # how it ends says nothing of the next lease
         if self._leaving is not asyncio.current_task():  # one that has succeeded ends its lease itself
             _cancel(self._leaving)
 

@@ -33,6 +33,7 @@ from app.domain.offboard.inputs import (
 )
 from app.domain.offboard.state import (
     COMMANDED,
+    ENTERING,
     MAY_BE_IN,
     SENDING,
     TRANSITIONS,
@@ -205,7 +206,7 @@ def test_hold_is_commanded_only_to_a_vehicle_that_follows_us(run: list[Seen]) ->
             continue
         assert after.hold_is_pending
         if isinstance(control_input.content, AcquireLease) and lease_changes(effects, LeaseChange.EXPIRED) == []:
-            assert before.is_commanded, "a wing is flown by the one before until it circles"
+            assert before.is_commanded or before.state is OffboardState.SWITCHING, "flown by the one before until then"
             continue
         ours = FlightMode.HOLD if before.is_commanded else FlightMode.OFFBOARD
         assert before.state is OffboardState.SWITCHING or control_input.vehicle.mode in (ours, None)
@@ -258,3 +259,16 @@ def test_an_entry_goes_on_only_in_the_mode_that_it_expects(
         assert (after.state, after.lease, after.hold_is_pending) == (OffboardState.IDLE, None, False)
         assert ControlAction.STOP in effects
         assert ControlAction.COMMAND_HOLD not in effects, "the mode is somebody else's"
+
+
+@given(st.sampled_from(OffboardState), METHODS, VEHICLES)
+def test_who_takes_a_lease_over_continues_a_flight_and_no_entry(
+    state: OffboardState, control_method: ControlMethod, vehicle: VehicleState
+) -> None:
+    acquired = AcquireLease(Lease("b", "v1", "ben", 10.0), 20.0, control_method, override=True)
+    after, effects = step(begun(state, control_method), Input(acquired, 0.0, vehicle))
+    is_new = state is OffboardState.IDLE or state in ENTERING
+    assert after.state is (OffboardState.LEASED if is_new else state)
+    assert (after.holder, ControlAction.STOP_ENTERING_OR_LEAVING in effects) == ("ben", state is not OffboardState.IDLE)
+    if state is OffboardState.SWITCHING:
+        assert (ControlAction.COMMAND_HOLD in effects, after.hold_is_pending) == (True, True)

@@ -13,7 +13,7 @@ from app.domain.offboard.state import OffboardState
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode
 from tests.support.commanded_tasks import plane
-from tests.support.controlled_vehicle import ControlledVehicle, controlled_vehicle, paused_run
+from tests.support.controlled_vehicle import WITHIN_S, ControlledVehicle, controlled_vehicle, paused_run
 
 
 def recorded_late(controlled: ControlledVehicle) -> asyncio.Event:
@@ -140,3 +140,66 @@ async def test_a_vehicle_that_is_disarmed_during_the_checks_is_not_entered() -> 
         with pytest.raises(OffboardNotReadyError, match="not armed"):
             await entering
         assert (quad.sent, quad.vehicle.sent) == ([], [])
+
+
+@pytest.mark.parametrize("is_offered", [False, True])
+@pytest.mark.parametrize("at", [OffboardState.CHECKING, OffboardState.HOLDING, OffboardState.STREAMING])
+async def test_who_takes_the_lease_over_during_an_entry_has_not_entered(at: OffboardState, is_offered: bool) -> None:
+    async with controlled_vehicle() as quad:
+        anns = quad.take("ann")
+        quad.vehicle.hold_gate.clear()
+        answers = parameters_read_late(quad)
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until_state(OffboardState.CHECKING)
+        if at is not OffboardState.CHECKING:
+            answers.set()
+        if at is OffboardState.STREAMING:
+            quad.vehicle.hold_gate.set()
+        await quad.until_state(at)
+        quad.control.offer(anns, "ben" if is_offered else None)
+        quad.take("ben", override=not is_offered)
+        assert quad.control.state is OffboardState.LEASED
+        with pytest.raises(LeaseLostError, match="the entry was aborted"):
+            await entering
+        answers.set()
+        quad.vehicle.hold_gate.set()
+        assert await quad.quiet() == 0, "nothing is streamed for who has not asked"
+        assert (quad.control.state, "offboard" in quad.vehicle.sent) == (OffboardState.LEASED, False)
+        assert quad.control.lease is not None
+        assert quad.control.lease.holder == "ben"
+        quad.put()
+        await quad.enter()
+        assert quad.control.state is OffboardState.ACTIVE, "and may enter now"
+
+
+async def test_an_entry_that_has_just_begun_ends_with_its_lease_too() -> None:
+    async with controlled_vehicle() as quad:
+        quad.take("ann")
+        entering = asyncio.ensure_future(quad.enter())
+        await asyncio.sleep(0)
+        quad.take("ben", override=True)
+        with pytest.raises(LeaseLostError):
+            await entering
+        assert (quad.control.state, quad.vehicle.sent) == (OffboardState.LEASED, [])
+
+
+async def test_a_lease_that_is_taken_over_as_the_mode_is_requested_is_hold() -> None:
+    async with controlled_vehicle() as quad:
+        quad.take("ann")
+        seen = asyncio.Event()
+
+        async def obeyed_and_not_seen() -> None:
+            quad.vehicle.sent.append("offboard")
+            quad.vehicle.truth = replace(quad.vehicle.truth, mode=FlightMode.OFFBOARD)
+            await seen.wait()
+
+        quad.vehicle.enter_offboard = obeyed_and_not_seen  # type: ignore[method-assign]
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until(lambda: "offboard" in quad.vehicle.sent, "the mode is requested")
+        quad.take("ben", override=True)
+        with pytest.raises(LeaseLostError):
+            await asyncio.wait_for(entering, WITHIN_S)
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "it holds")
+        assert quad.vehicle.sent == ["hold", "offboard", "hold"]
+        assert quad.control.state is OffboardState.LEASED
+        assert await quad.quiet() == 0
