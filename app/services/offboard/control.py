@@ -189,9 +189,12 @@ class OffboardControl:
             LeaseLostError; SetpointRefusedError: it is not sent, and the one before it goes on to its age.
         """
         self.require(lease_id)
+        source = self.setpoint_source
+        if source is not None:
+            source.refuse_client_setpoint()
         clamps = self._slot(setpoint, "client")
-        if self.setpoint_source is not None:
-            self.setpoint_source.client_sent_setpoint()
+        if source is not None:
+            source.client_sent_setpoint()
         return clamps
 
     def steer(self, setpoint: Setpoint) -> tuple[Clamp, ...]:

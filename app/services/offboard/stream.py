@@ -64,6 +64,9 @@ class SetpointSource(Protocol):
     def tick(self, now_s: float) -> None:
         """Before each send: give a setpoint, or none."""
 
+    def refuse_client_setpoint(self) -> None:
+        """Before a setpoint of the client counts. Raises SetpointRefusedError: it would be sent and not be obeyed."""
+
     def client_sent_setpoint(self) -> None:
         """The client has put a setpoint itself."""
 

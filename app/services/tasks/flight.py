@@ -165,6 +165,15 @@ class TaskFlight:
             reason=self.reason,
         )
 
+    def refuse_client_setpoint(self) -> None:
+        """See SetpointSource: the mode that ends control may have been commanded already, so it is not held back."""
+        if self.phase is Phase.ENDING:
+            raise SetpointRefusedError(
+                "no tasks were left: the vehicle is leaving offboard control",
+                refusal="setpoint.leaving",
+                hint="leave to hold stops it; to fly it, acquire the lease again",
+            )
+
     def client_sent_setpoint(self) -> None:
         """See SetpointSource: a setpoint of the client's own takes the vehicle away from the guidance."""
         if self.phase in (Phase.FLYING, Phase.PAUSED):

@@ -206,6 +206,9 @@ class BrokenSource:
         if self.is_broken:
             raise ZeroDivisionError
 
+    def refuse_client_setpoint(self) -> None:
+        """It refuses none."""
+
     def client_sent_setpoint(self) -> None:
         """It gives no setpoint."""
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 from app.domain.errors import (
     ConflictError,
     LeaseLostError,
     NotFoundError,
+    SetpointRefusedError,
     TaskActiveError,
     TaskQueueFullError,
     TaskRefusedError,
@@ -125,6 +128,29 @@ async def test_leaving_that_fails_stands_and_says_why() -> None:
         await quad.until(lambda: report(quad).state == "paused", "it must stand")
         assert "leaving to hold failed" in describe(report(quad).reason)
         assert quad.control.state is OffboardState.ACTIVE
+
+
+async def test_a_setpoint_as_control_returns_is_refused_and_leaving_to_hold_stops_it() -> None:
+    async with controlled_vehicle(run=paused_run()) as quad:
+        await flying(quad, "circle")
+        disk, resume = asyncio.Event(), quad.runs.resume
+
+        async def resume_late(run_id: str) -> None:
+            await disk.wait()
+            await resume(run_id)
+
+        quad.runs.resume = resume_late  # type: ignore[method-assign]
+        quad.tasks.skip(quad.lease)
+        await quad.until_state(OffboardState.LEAVING)
+        with pytest.raises(SetpointRefusedError, match="leaving") as refused:
+            quad.put()
+        assert (refused.value.refusal, report(quad).state) == ("setpoint.leaving", "ending")
+        await quad.ticks(2)
+        assert author(quad) != "client", "none of what is refused is sent"
+        await quad.control.leave(quad.lease, "hold")
+        disk.set()
+        assert await quad.quiet() == 0
+        assert (quad.runs.asked, quad.vehicle.truth.mode) == (["pause", "pause"], FlightMode.HOLD)
 
 
 async def test_next_clear_pause_and_resume() -> None:
