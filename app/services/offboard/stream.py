@@ -130,11 +130,17 @@ class SetpointFlow:
     def put(
         self, setpoint: Setpoint, context: ControlContext, state: VehicleState, now_s: float, source: Author
     ) -> tuple[Clamp, ...]:
-        """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age."""
+        """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age.
+
+        What is to become of a setpoint that exceeds them is the client's choice for its own; a task flies more slowly.
+        """
         follower = context.follower(state)
+        limits = self._settings.limits
+        if source == "task":
+            limits = limits.model_copy(update={"when_exceeded": "clamp"})
         try:
             refuse_unfit(setpoint, follower)  # before any limit is looked at
-            limited = limit(setpoint, self._settings.limits, context.pose(state))
+            limited = limit(setpoint, limits, context.pose(state))
             message = encode(limited.setpoint, follower)
         except SetpointRefusedError as error:
             self._rejected = error

@@ -17,7 +17,15 @@ from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CircleAt, FlyTo, Order, Wing, order, order_request
 from app.domain.offboard.tasks.course import EkfOrigin, Ground, Reference, circle_around, refuse_outside
 from app.domain.offboard.tasks.forms import GripperAction
-from app.domain.offboard.tasks.guidance import CRUISE_M_S, Fix, SetpointRequest, learnt_lag_s, stand, steer
+from app.domain.offboard.tasks.guidance import (
+    CRUISE_M_S,
+    Fix,
+    SetpointRequest,
+    VerticalSpeeds,
+    learnt_lag_s,
+    stand,
+    steer,
+)
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.state import VehicleState
@@ -175,6 +183,7 @@ class BySetpoints:
 
     def __init__(self, control: OffboardControl) -> None:
         self._control = control
+        self._vertical = VerticalSpeeds.within(control.settings.limits)
         self._stands: tuple[Ground, float] | None = None
         self._lag_s = 0.0
 
@@ -194,7 +203,7 @@ class BySetpoints:
             if place is None:
                 continue
             try:
-                self._control.steer(stand(kind, *place, fix))
+                self._control.steer(stand(kind, *place, fix, self._vertical))
             except SetpointRefusedError as error:
                 refused = error
             else:
@@ -213,7 +222,7 @@ class BySetpoints:
         if kind is FlightKind.ROTARY and self._control.state is OffboardState.ACTIVE:
             self._lag_s = learnt_lag_s(self._lag_s, request.course, fix.ground, fix.velocity, speed, seconds)
         for share in (1.0,) if kind is FlightKind.WING else SLOWER:
-            seen = steer(kind, replace(request, speed_m_s=speed * share), fix, self._lag_s)
+            seen = steer(kind, replace(request, speed_m_s=speed * share, vertical=self._vertical), fix, self._lag_s)
             try:
                 beyond = [clamp for clamp in self._control.steer(seen.setpoint) if clamp.code not in HARMLESS]
             except SetpointRefusedError as refused:

@@ -8,13 +8,14 @@ its own path control follows.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from pydantic import ValidationError
 
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
+from app.domain.offboard.limits import OffboardLimits
 from app.domain.offboard.setpoints import PositionNed, PositionVelocityNed, Setpoint, VelocityNed
 from app.domain.offboard.tasks.course import (
     CORNERS,
@@ -116,6 +117,20 @@ class Fix:
 
 
 @dataclass(frozen=True, slots=True)
+class VerticalSpeeds:
+    """How fast a task climbs and descends at most."""
+
+    climb_m_s: float = CLIMB_M_S
+    descend_m_s: float = DESCEND_M_S
+
+    @classmethod
+    def within(cls, limits: OffboardLimits) -> VerticalSpeeds:
+        """No faster than these allow."""
+        climb, descend = limits.max_climb_m_s, limits.max_descend_m_s
+        return cls(min(CLIMB_M_S, climb or math.inf), min(DESCEND_M_S, descend or math.inf))
+
+
+@dataclass(frozen=True, slots=True)
 class SetpointRequest:
     """What a task requests from the guidance."""
 
@@ -125,6 +140,7 @@ class SetpointRequest:
     speed_m_s: float | None = None
     yaw_deg: float | None = None
     stays: bool = False
+    vertical: VerticalSpeeds = field(default_factory=VerticalSpeeds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,9 +176,10 @@ def steer(kind: FlightKind, request: SetpointRequest, fix: Fix, lag_s: float = 0
         raise SetpointRefusedError("it leads farther than a setpoint can say", refusal="limit.distance") from None
 
 
-def stand(kind: FlightKind, ground: Ground, up_m: float, fix: Fix) -> Setpoint:
+def stand(kind: FlightKind, ground: Ground, up_m: float, fix: Fix, vertical: VerticalSpeeds | None = None) -> Setpoint:
     """To stay at a place; a wing circles it. Raises SetpointRefusedError."""
-    return steer(kind, SetpointRequest(PointCourse(ground), up_m, stays=True), fix).setpoint
+    request = SetpointRequest(PointCourse(ground), up_m, stays=True, vertical=vertical or VerticalSpeeds())
+    return steer(kind, request, fix).setpoint
 
 
 def has_arrived(kind: FlightKind, request: SetpointRequest, fix: Fix, seen: Reference, turn: Turn) -> bool:
@@ -213,7 +230,8 @@ def _velocity(
         )
     north, east = _over_ground(kind, course, aim, fix, speed_m_s, lag_s)
     missing_m = request.up_m - fix.up_m
-    climb = 0.0 if is_rover else max(-DESCEND_M_S, min(CLIMB_M_S, CLIMB_GAIN_PER_S * missing_m))
+    most = request.vertical
+    climb = 0.0 if is_rover else max(-most.descend_m_s, min(most.climb_m_s, CLIMB_GAIN_PER_S * missing_m))
     yaw_deg = None if is_rover else request.yaw_deg
     return VelocityNed(type="velocity_ned", north_m_s=north, east_m_s=east, down_m_s=-climb, yaw_deg=yaw_deg)
 

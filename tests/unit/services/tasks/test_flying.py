@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -15,12 +17,13 @@ from app.domain.errors import (
     TaskQueueFullError,
     TaskRefusedError,
 )
+from app.domain.offboard.limits import OffboardLimits
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.forms import LocalPoint, Motion, TaskTerms
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.state import FlightMode, GlobalPosition, VehicleType
-from tests.support.controlled_vehicle import controlled_vehicle, paused_run
+from tests.support.controlled_vehicle import SETTINGS, controlled_vehicle, paused_run
 from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
 from tests.support.task_examples import task
 
@@ -327,3 +330,29 @@ async def test_an_altitude_above_home_counts_from_home_as_it_is_when_the_task_is
         newest = quad.sent[-1]
         assert isinstance(newest, LocalTarget)
         assert newest.position == pytest.approx((20.0, 10.0, -30.0), abs=0.01)
+
+
+@pytest.mark.parametrize("when_exceeded", ["clamp", "refuse"])
+@pytest.mark.parametrize(
+    ("low", "altitude_m"),
+    [({"max_speed_m_s": 2.0}, 20.0), ({"max_descend_m_s": 1.0}, 10.0), ({"max_climb_m_s": 1.0}, 60.0)],
+)
+async def test_a_task_takes_longer_within_low_limits_whatever_becomes_of_the_clients_setpoints(
+    low: dict[str, float], altitude_m: float, when_exceeded: Any
+) -> None:
+    limits = OffboardLimits(**low, when_exceeded=when_exceeded)
+    async with controlled_vehicle(settings=replace(SETTINGS, limits=limits)) as quad:
+        point = {"east_m": 20.0, "north_m": 30.0}
+        await flying(quad, "goto", point=point, relative_altitude_m=altitude_m)
+        await quad.ticks(2)
+        assert (report(quad).state, report(quad).reason) == ("flying", None)
+        assert author(quad) == "task"
+        newest = quad.sent[-1]
+        assert isinstance(newest, LocalTarget)
+        north, east, down = newest.velocity
+        assert north > 0.0
+        flown_m_s = {"max_speed_m_s": (north**2 + east**2) ** 0.5, "max_descend_m_s": down, "max_climb_m_s": -down}
+        assert {name: flown_m_s[name] for name in low} == pytest.approx(low)
+        if when_exceeded == "refuse":
+            with pytest.raises(SetpointRefusedError):
+                quad.put(north_m_s=20.0, east_m_s=0.0, down_m_s=0.0)

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
-from app.domain.offboard.limits import LOOK_AHEAD_S
+from app.domain.offboard.limits import LOOK_AHEAD_S, OffboardLimits
 from app.domain.offboard.setpoints import PositionNed, PositionVelocityNed, VelocityNed
 from app.domain.offboard.tasks.admission import course_of
 from app.domain.offboard.tasks.course import CircleCourse, Course, Ground, LegsCourse, PointCourse
-from app.domain.offboard.tasks.guidance import ARRIVED_M, Fix, SetpointRequest, stand, steer
+from app.domain.offboard.tasks.guidance import ARRIVED_M, Fix, SetpointRequest, VerticalSpeeds, stand, steer
 from tests.support.task_examples import EXAMPLES, ORIGIN, task
 
 ROTARY, WING, ROVER = FlightKind.ROTARY, FlightKind.WING, FlightKind.ROVER
@@ -241,3 +241,26 @@ def test_a_rover_that_px4_has_stopped_at_its_acceptance_radius_has_arrived(kind:
     assert steer(kind, SetpointRequest(PointCourse((10.0, 0.0)), 0.0), at).arrived is arrives
     rolling = Fix((9.3, 0.0), 0.0, (0.5, 0.0))
     assert not steer(kind, SetpointRequest(PointCourse((10.0, 0.0)), 0.0), rolling).arrived
+
+
+@pytest.mark.parametrize(
+    ("changes", "up_m", "down_m_s"),
+    [
+        ({}, 90.0, -2.0),
+        ({}, 2.0, 1.5),
+        ({"max_climb_m_s": 0.5}, 90.0, -0.5),
+        ({"max_descend_m_s": 1.0}, 2.0, 1.0),
+        ({"max_climb_m_s": None, "max_descend_m_s": None}, 90.0, -2.0),
+    ],
+)
+def test_it_climbs_and_descends_no_faster_than_the_limits_allow(
+    changes: dict[str, float | None], up_m: float, down_m_s: float
+) -> None:
+    vertical = VerticalSpeeds.within(OffboardLimits.model_validate(changes))
+    far = PointCourse((50.0, 0.0))
+    for setpoint in (
+        steer(ROTARY, SetpointRequest(far, up_m, vertical=vertical), still((0.0, 0.0))).setpoint,
+        stand(ROTARY, far.point, up_m, still((0.0, 0.0)), vertical),
+    ):
+        assert isinstance(setpoint, VelocityNed)
+        assert setpoint.down_m_s == down_m_s
