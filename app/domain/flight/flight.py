@@ -12,7 +12,7 @@ from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, consent_event
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
-from app.domain.flight.landing import Touchdown, is_near
+from app.domain.flight.landing import RETURNS, Touchdown, is_near
 from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
@@ -236,6 +236,27 @@ class Flight:
         """Whether it is unknown which of two missions the vehicle flies."""
         return self.change is not None and self.change.is_open
 
+    def flies_mission_in(self, mode: FlightMode | None) -> bool:
+        """Whether MISSION_CURRENT is of the mission: a return that was commanded may show in it before its mode."""
+        return mode is FlightMode.MISSION and self.run.commanded not in RETURNS
+
+    def is_of_mission(self, seq: int, mode: FlightMode | None) -> bool:
+        """Whether the mission itself may have made this item current, and no return that leads to its landing."""
+        return mode is not FlightMode.RETURN or self.segment.mission.is_return(seq)
+
+    @property
+    def resumes_at(self) -> int | None:
+        """The item to make current before the mission is resumed, which the vehicle would not fly to by itself.
+
+        A return may have made the mission's landing current (PX4, RTL_TYPE 1 to 4); and a drop that has ended while
+        the vehicle was paused in its hold would be waited for again.
+        """
+        current = self.progress.current
+        if self.mode.has_returned:
+            return current
+        ended = (release.compiled for release in self.segment.supervised if release.is_over)
+        return next((drop.resume_seq for drop in ended if current in drop.hold_seqs), None)
+
     def is_at_last_item(self, state: VehicleState) -> bool:
         """Whether the mission's last item is flown, or the place before its return is reached: PX4 holds for a moment
         in between.
@@ -266,6 +287,12 @@ class Flight:
         vehicle_type = self.segment.plan.vehicle_type
         return self.touchdown.why_elsewhere(self.segment.mission, self.run.commanded, vehicle_type)
 
+    def having_taken_off(self, observed: Observation) -> Flight:
+        """With home as it was when the vehicle was first seen in the air."""
+        home = observed.state.home
+        is_first = self.run.home is None and home is not None and is_airborne(observed.state)
+        return self.with_run(observed, home=home) if is_first else self
+
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle. One whose mission was done while the link was lost has flown.
         A landing on the way may have been followed by another one in a loss of the link, the last one not.
@@ -278,7 +305,9 @@ class Flight:
             return self
         found, restarted = self.touchdown, self.in_sight is None and self.link.was_away
         if found is None:
-            found = Touchdown.of(state, self.in_sight, self.run.reason, is_seen=not (is_back or restarted))
+            is_seen = not (is_back or restarted)
+            reason, took_off_from = self.run.reason, self.run.home
+            found = Touchdown.of(state, self.in_sight, reason, is_seen=is_seen, took_off_from=took_off_from)
         elif is_back and not self.mission_done:
             found = found.lost_sight_of(state)
         return replace(self, was_airborne=True, touchdown=found.located(state))

@@ -41,12 +41,19 @@ class Touchdown(NamedTuple):
 
     @classmethod
     def of(
-        cls, state: VehicleState, before: VehicleState | None, reason: Reason | None, *, is_seen: bool = True
+        cls,
+        state: VehicleState,
+        before: VehicleState | None,
+        reason: Reason | None,
+        *,
+        is_seen: bool = True,
+        took_off_from: GlobalPosition | None = None,
     ) -> Touchdown:
-        """`before` is the last observation before it, None after a restart. The reason of a landing that was not seen
-        is known if it was coming down before, or still is in a mode that is not the mission's.
+        """`before` is the last observation before it, None after a restart; `took_off_from` is home as it was then. The
+        reason of a landing that was not seen is known if it was coming down before, or still is in a mode that is not
+        the mission's.
         """
-        mode, home = state.mode, state.home
+        mode, home = state.mode, took_off_from or state.home
         if before is None:
             is_known = mode not in (*_BY_MISSION, FlightMode.RETURN)
         else:
@@ -74,8 +81,8 @@ class Touchdown(NamedTuple):
     def why_elsewhere(self, mission: Mission, commanded: RunAction | None, vehicle_type: VehicleType) -> Reason | None:
         """Why it is not the destination of the return or landing that was flown; None if it is, whoever flew it there.
 
-        PX4 flies a return in Return mode until it disarms, and a landing item in Mission mode. A landing that was not
-        seen is judged by its place, if that is known.
+        A return is judged by its place, if that is known: whoever disarms a vehicle in Return mode ends it anywhere.
+        PX4 flies a landing item in Mission mode; one that was not seen is judged by its place, too.
         """
         mode, last = self.mode, mission.items[-1]
         returns = commanded in RETURNS or mission.is_return(last.seq)
@@ -85,7 +92,7 @@ class Touchdown(NamedTuple):
         places = self._returns_to(mission) if returns else [_place(last)]
         is_by_mission = self.is_by_mission or (returns and mode is FlightMode.RETURN)
         is_place_known = self._has_position and (self.home is not None or not returns)
-        if is_by_mission and (self.is_seen or not is_place_known):
+        if is_by_mission and (not is_place_known or (self.is_seen and not returns)):
             return None
         is_known = mode is not FlightMode.DESCEND  # PX4 descends where it has no position
         if is_known and any(self._is_at(*place, near_m) for place in places):

@@ -86,16 +86,21 @@ CAUSE_REPORTED_S: Final = 2.5
 
 @dataclass(frozen=True, slots=True)
 class ModeTracker:
-    """`since_s`: when this mode was first observed; `by_failsafe`: a failsafe was active in it at some time."""
+    """`since_s`: when this mode was first observed; `by_failsafe`: a failsafe was active in it at some time.
+
+    `has_returned`: it was in Return mode since it was last in Mission mode, and MISSION_CURRENT may be where that led.
+    """
 
     mode: FlightMode | None = None
     since_s: float = 0.0
     by_failsafe: bool = False
+    has_returned: bool = False
 
     def seen(self, state: VehicleState, now_s: float) -> ModeTracker:
         """Return the cause after an observation of a connected vehicle."""
         if state.mode is not self.mode:
-            return ModeTracker(state.mode, now_s, state.in_failsafe)
+            returns = state.mode is FlightMode.RETURN or (self.has_returned and state.mode is not FlightMode.MISSION)
+            return ModeTracker(state.mode, now_s, state.in_failsafe, returns)
         return replace(self, by_failsafe=True) if state.in_failsafe and not self.by_failsafe else self
 
     def is_settled(self, now_s: float) -> bool:

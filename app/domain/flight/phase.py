@@ -68,6 +68,7 @@ class PhaseFacts:
     at_last_item: bool = False
     mode_is_settled: bool = True
     by_failsafe: bool = False
+    is_left_at_start: bool = False
 
     @property
     def in_failsafe(self) -> bool:
@@ -246,7 +247,13 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     PhaseRow(_in(FlightMode.RETURN), _always, _S.RETURNING, _why_returning),
     PhaseRow(_in(FlightMode.LAND), _always, _S.RETURNING, _why_landing),
     PhaseRow(_in(FlightMode.DESCEND), _always, _S.RETURNING, _because_of_failsafe_mode),
-    # Hold: before another mode, or as commanded
+    # Hold: left at a start that a restart of the service broke off, before another mode, or as commanded
+    PhaseRow(
+        _HOLD,
+        lambda f: f.is_left_at_start and not f.was_airborne,
+        _S.FLYING,
+        _because(ReasonCode.RESTART_DURING_START_ARMED),
+    ),
     PhaseRow(_HOLD, lambda f: f.pending in _THROUGH_HOLD, _S.PAUSED, _why_through_hold),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.RESUME, _S.PAUSED, _because(ReasonCode.RESUMING_AS_ASKED)),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.REFUSED, _S.PAUSED, _because(ReasonCode.CHANGE_REFUSED)),

@@ -93,7 +93,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
         was_airborne=flight.was_airborne or is_airborne(state),
         was_armed=flight.was_armed or bool(state.armed) or heard_s > SLOWEST_HEARTBEAT_S,
     )
-    flight = flight.having_landed(state).having_driven(state)
+    flight = flight.having_taken_off(observed).having_landed(state).having_driven(state)
     flight = _time_items(_observe_drops(_follow_mission(flight, observed), observed), observed)
     return _follow_target(_follow_phase(flight, observed), observed)
 
@@ -141,7 +141,7 @@ def _reached(flight: Flight, observed: Observation, fact: ItemReached) -> Flight
 def _shown(flight: Flight, observed: Observation, seq: int, mode: FlightMode | None) -> Flight:
     """Handle MISSION_CURRENT. The mode of a return distinguishes it from its item, and may arrive first."""
     returns = mode is FlightMode.RETURN and flight.was_airborne and flight.segment.mission.is_return(seq)
-    if mode is FlightMode.MISSION or returns:
+    if flight.flies_mission_in(mode) or returns:
         return flight.flying_to(observed, flight.progress.now_current(seq))
     return flight
 
@@ -173,19 +173,19 @@ def _recovered(flight: Flight, given: inputs.Recovered) -> Flight:
         flight = flight.recording(given.arrived).recording(RunChanged(flight.run))
     else:
         flight = flight.with_run(observed, changing=None)
+    was_airborne = flight.run.state is not RunState.STARTING or is_airborne(observed.state)
     if flight.run.state is RunState.STARTING:
-        reason = Reason.of(ReasonCode.RESTART_DURING_START_ARMED)
-        flight = flight.in_state(observed, RunState.FLYING, reason)
+        flight = flight.in_state(observed, RunState.FLYING, Reason.of(ReasonCode.RESTART_DURING_START_ARMED))
     if not given.in_flight:
         return flight
     reached = flight.run.reached_seq
     passed_to = reached if given.flown and reached is not None else -1
     progress = replace(flight.progress, flown=given.flown, passed_to=passed_to)
     flight = replace(flight, progress=progress, item_clock=flight.item_clock.recovered(given.flown))
-    if given.current is not None:
+    if given.current is not None and flight.is_of_mission(given.current, observed.state.mode):
         flight = flight.with_progress(observed, flight.progress.now_current(given.current))
         flight = flight.with_run(observed, item_id=flight.progress.item_id)
-    return replace(flight, was_airborne=True, was_armed=True, link=replace(flight.link, was_away=True))
+    return replace(flight, was_airborne=was_airborne, was_armed=True, link=replace(flight.link, was_away=True))
 
 
 # Commands of users and of the plan.
@@ -315,9 +315,9 @@ def _with_target(
 
 def _follow_mission(flight: Flight, observed: Observation) -> Flight:
     state, run = observed.state, flight.run
-    flew_unseen = flight.progress.is_behind(state, run.mission_id)
+    flew_unseen = not flight.mode.has_returned and flight.progress.is_behind(state, run.mission_id)
     names_ours = state.mission_id == run.mission_id
-    if state.mission_seq is not None and (state.mode is FlightMode.MISSION or flew_unseen):
+    if state.mission_seq is not None and (flight.flies_mission_in(state.mode) or flew_unseen):
         was_away = flight.link.was_away and state.mode is not FlightMode.MISSION
         flight = replace(flight, link=replace(flight.link, was_away=was_away))
         flight = flight.flying_to(observed, flight.progress.now_current(state.mission_seq))
@@ -380,8 +380,7 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
         return flight.in_state(observed, phase, reason) if may_follow else flight
     if phase not in NEXT[state] and state is not RunState.LANDED:  # recovered during its start
         return _end(flight, observed, RunState.FAILED, reason or Reason.of(ReasonCode.NOT_TAKEN_OFF))
-    landed_at_s = flight.landed_at_s
-    if landed_at_s is None:
+    if (landed_at_s := flight.landed_at_s) is None:
         durations = observed.state.durations
         landed_at_s = observed.now_s - (0.0 if durations is None else durations.disarmed_s)
         flight = replace(flight, landed_at_s=landed_at_s).in_state(observed, RunState.LANDED, reason)
@@ -427,6 +426,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         is_on_mission=flight.is_on_mission,
         returns_at_end=flight.segment.mission.ends_with_return,
         rally_point=None if run.rally is None else run.rally.index + 1,
+        is_left_at_start=run.reason == Reason.of(ReasonCode.RESTART_DURING_START_ARMED),
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )
 

@@ -12,7 +12,7 @@ from app.domain.model import FrozenForm
 from app.domain.prediction.motion import Wind
 from app.domain.reasons import Reason
 from app.domain.vehicle.link_security import LinkSecurity
-from app.domain.vehicle.state import InFlight, VehicleType
+from app.domain.vehicle.state import GlobalPosition, InFlight, VehicleType
 
 
 class RunState(StrEnum):
@@ -133,6 +133,7 @@ class Run(FrozenForm):
     flown again.
     `taken_over` is set once another gateway of the site has taken the run over.
     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
+    `home` is where home was (HOME_POSITION) as the vehicle took off: PX4 moves it as it disarms; null: not known.
     `last_position` is the newest position of the vehicle that was known as the run ended; null before, and if none was.
     """
 
@@ -164,6 +165,7 @@ class Run(FrozenForm):
     continues: str | None = None
     continued_by: str | None = None
     taken_over: TakenOver | None = None
+    home: GlobalPosition | None = None
     last_position: LastPosition | None = None
     drops: tuple[DropRecord, ...] = ()
     created_at: float

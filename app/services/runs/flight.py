@@ -239,9 +239,26 @@ class RunFlight:
             if now.mode not in (mode, FlightMode.HOLD, FlightMode.RETURN if returns else FlightMode.MISSION):
                 raise taken_meanwhile(now.mode)
             refuse_amid_failsafe(now)
-            await (self._link.return_to_launch() if returns else self._link.start_mission())
+            if returns:
+                await self._link.return_to_launch()
+                return
+            await self._make_current(self._monitor.flight.resumes_at)
+            await self._link.start_mission()
 
         await self.act(RunAction.RESUME, fly_on)
+
+    async def _make_current(self, seq: int | None) -> None:
+        """PX4 carries it out as the mission is resumed. Raises LinkError."""
+        if seq is None or seq == self._link.state().mission_seq:
+            return
+        self._recorder.record(RunCommand(command=RunCommandName.SET_CURRENT, params=(seq,)))
+        try:
+            await self._link.set_current(seq)
+        except WaydropError as error:
+            failed = CommandOutcome.FAILED
+            self._recorder.record(RunAck(command=RunCommandName.SET_CURRENT, outcome=failed, detail=error.detail))
+            raise
+        self._recorder.record(RunAck(command=RunCommandName.SET_CURRENT, outcome=CommandOutcome.DONE))
 
     async def return_to_launch(self) -> None:
         """Return. Raises WrongStateError, LinkError."""

@@ -3065,6 +3065,18 @@ export interface components {
             longitude_deg: number;
         };
         /**
+         * GlobalPosition
+         * @description A place on earth. `altitude_m` is AMSL.
+         */
+        GlobalPosition: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Altitude M */
+            altitude_m: number;
+        };
+        /**
          * GnssFix
          * @description GPS_FIX_TYPE, from the weakest to the strongest.
          * @enum {string}
@@ -5643,6 +5655,7 @@ export interface components {
          *     flown again.
          *     `taken_over` is set once another gateway of the site has taken the run over.
          *     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
+         *     `home` is where home was (HOME_POSITION) as the vehicle took off: PX4 moves it as it disarms; null: not known.
          *     `last_position` is the newest position of the vehicle that was known as the run ended; null before, and if none was.
          */
         Run: {
@@ -5744,6 +5757,8 @@ export interface components {
             continued_by: string | null;
             /** @default null */
             taken_over: components["schemas"]["TakenOver"] | null;
+            /** @default null */
+            home: components["schemas"]["GlobalPosition"] | null;
             /** @default null */
             last_position: components["schemas"]["LastPosition"] | null;
             /**

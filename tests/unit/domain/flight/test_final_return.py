@@ -199,13 +199,36 @@ def test_a_vehicle_that_a_pilot_landed_at_home_has_completed_its_mission(mode: F
     assert (told.run.state, told.run.reason) == (RunState.COMPLETED, None)
 
 
-def test_a_return_to_a_rally_point_is_the_missions() -> None:
+def test_a_vehicle_that_somebody_disarms_on_its_return_has_not_come_home() -> None:
+    """A job queue that went on would arm it again where a person has just switched it off."""
     told = Told()
+    told.see(home=HOME)
     told.return_at_end()
-    told.see(3.0, landed=LandedState.LANDING, **FAR_AWAY)
-    told.touch_down()
-    told.disarm(FlightMode.HOLD)
-    assert (told.run.state, told.run.reason) == (RunState.COMPLETED, None)
+    told.see(3.0, **FAR_AWAY)
+    moved = GlobalPosition(47.4, 8.545594, 488.0)
+    told.see(9.0, mode=FlightMode.HOLD, armed=False, landed=LandedState.ON_GROUND, home=moved)
+    assert told.run.state is RunState.FAILED
+    assert told.run.reason is not None
+    assert told.run.reason.code is ReasonCode.LANDED_ELSEWHERE
+
+
+@pytest.mark.parametrize(
+    ("north_deg", "state"),
+    [(0.00001, RunState.COMPLETED), (0.002, RunState.FAILED)],
+    ids=["at home", "elsewhere"],
+)
+def test_a_return_that_ended_while_waydrop_was_stopped_is_judged_by_home_of_the_takeoff(
+    north_deg: float, state: RunState
+) -> None:
+    told = Told()
+    told.see(home=HOME, latitude_deg=47.4)
+    told.return_at_end()
+    there_deg = HOME.latitude_deg + north_deg
+    told.state = replace(told.state, mode=FlightMode.HOLD, armed=False, landed=LandedState.ON_GROUND)
+    told.state = replace(told.state, latitude_deg=there_deg, home=replace(HOME, latitude_deg=there_deg))
+    told.restart()
+    told.see(9.0)
+    assert told.run.state is state
 
 
 def test_a_drop_that_the_vehicle_was_only_on_its_way_to_is_not_flown() -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from app.domain.run.run import LastPosition, RunState
-from app.domain.vehicle.state import FlightMode
-from tests.support.flown_flights import BEGAN_AT, BEGAN_S
-from tests.support.told_flight import Told
+from app.domain.flight.inputs import Recovered
+from app.domain.reasons import Reason, ReasonCode
+from app.domain.run.run import LastPosition, RunAction, RunState
+from app.domain.vehicle.state import FlightMode, LandedState
+from tests.support.flown_flights import BEGAN_AT, BEGAN_S, a_flight, a_run
+from tests.support.told_flight import LAST_SEQ, Told
 
 AWAY = {"latitude_deg": 47.4, "longitude_deg": 8.55}
 
@@ -49,3 +53,60 @@ def test_a_run_whose_vehicle_sent_no_position_has_none() -> None:
     told.disarm(FlightMode.HOLD)
     assert told.run.is_over
     assert told.run.last_position is None
+
+
+# A return makes the mission's landing current with RTL_TYPE 1 to 4; here it is another item ahead.
+
+
+@pytest.mark.parametrize("first", ["item", "mode"])
+def test_a_return_that_was_commanded_flies_no_item_of_the_mission(first: str) -> None:
+    told = Told()
+    told.see(mission_seq=1)
+    flown = told.run.flown_item_ids
+    told.command(RunAction.RETURN)
+    if first == "item":  # MISSION_CURRENT comes some milliseconds before HEARTBEAT
+        told.see(mission_seq=LAST_SEQ - 1)
+    told.see(3.0, mode=FlightMode.RETURN, mission_seq=LAST_SEQ - 1)
+    told.command(RunAction.PAUSE)
+    told.see(5.0, mode=FlightMode.HOLD)
+    assert told.run.flown_item_ids == flown
+    assert told.flight.resumes_at == 1, "it would fly to the landing by itself"
+    told.command(RunAction.RESUME)
+    told.see(1.0, mode=FlightMode.MISSION, mission_seq=1)
+    assert told.flight.resumes_at is None
+
+
+def test_a_return_that_is_found_after_a_restart_flies_no_item_of_the_mission() -> None:
+    told = Told()
+    told.see(mission_seq=1)
+    flown = told.run.flown_item_ids
+    told.command(RunAction.RETURN)
+    told.see(3.0, mode=FlightMode.RETURN, mission_seq=LAST_SEQ - 1)
+    told.restart()
+    told.see()
+    assert told.run.flown_item_ids == flown
+
+
+def test_what_the_vehicle_flew_before_a_pause_was_seen_counts() -> None:
+    told = Told()
+    told.see(mission_seq=1)
+    told.see(5.0, mode=FlightMode.HOLD, mission_seq=2)
+    assert told.flight.progress.current == 2
+    assert told.flight.resumes_at is None
+
+
+# A start that a restart of the service broke off: armed, and on the ground.
+
+
+def test_a_vehicle_that_a_broken_start_left_armed_is_nobody_elses_and_has_not_flown() -> None:
+    told = Told(flight=a_flight(a_run().model_copy(update={"state": RunState.STARTING, "started_at": None})))
+    told.state = replace(told.state, mode=FlightMode.HOLD, landed=LandedState.ON_GROUND, mission_seq=0)
+    told.feed(Recovered(told.observed, in_flight=True, flown=(), current=0))
+    told.see(9.0)
+    left = Reason.of(ReasonCode.RESTART_DURING_START_ARMED)
+    assert (told.run.state, told.run.reason) == (RunState.FLYING, left)
+    told.see(9.0, armed=False)
+    assert (told.run.state, told.run.reason) == (
+        RunState.FAILED,
+        Reason.of(ReasonCode.DISARMED_BEFORE_TAKEOFF),
+    )

@@ -56,15 +56,33 @@ def test_a_vehicle_that_stands_at_the_place_has_landed_there_whoever_flew_it(end
     assert broken_off(mission(end), FlightMode.DESCEND, place_m), "PX4 descends where it does not know its position"
 
 
-def test_each_landing_has_its_own_mode_wherever_it_ends() -> None:
-    assert not broken_off(mission(RETURN), FlightMode.RETURN, 300.0)
+def test_a_landing_item_has_its_own_mode_wherever_it_ends() -> None:
     assert not broken_off(mission(land(50)), FlightMode.MISSION, 300.0)
     assert broken_off(mission(land(50)), FlightMode.RETURN, 300.0), "a return before the landing"
 
 
-@pytest.mark.parametrize("mode", [None, FlightMode.HOLD, FlightMode.MISSION])
-def test_a_mode_that_says_nothing_breaks_nothing_off(mode: FlightMode | None) -> None:
-    assert not broken_off(mission(RETURN), mode, 120.0)
+@pytest.mark.parametrize("mode", [FlightMode.RETURN, None, FlightMode.HOLD, FlightMode.MISSION])
+def test_a_return_is_judged_by_its_place_whatever_the_mode(mode: FlightMode | None) -> None:
+    """Whoever disarms a vehicle ends its return anywhere, and PX4 says nothing of it but the mode before."""
+    assert broken_off(mission(RETURN), mode, 120.0)
+    assert not broken_off(mission(RETURN), mode, 3.0)
+
+
+@pytest.mark.parametrize("mode", [FlightMode.RETURN, None, FlightMode.HOLD, FlightMode.MISSION])
+@pytest.mark.parametrize("unknown", ["home", "place"])
+def test_a_mode_that_says_nothing_breaks_nothing_off_where_the_place_is_not_known(
+    mode: FlightMode | None, unknown: str
+) -> None:
+    state = replace(stands(120.0, mode), **({"home": None} if unknown == "home" else {"position_age_s": 40.0}))
+    judged = Touchdown.of(state, None, BECAUSE)
+    assert judged.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is None
+
+
+def test_home_of_the_takeoff_counts_where_it_has_moved_since() -> None:
+    """PX4 moves it as it disarms, perhaps while Waydrop is stopped."""
+    moved = replace(stands(120.0, FlightMode.HOLD), home=GlobalPosition(*at(120.0, 0).values(), 488.0))
+    judged = Touchdown.of(moved, None, BECAUSE, took_off_from=HOME)
+    assert judged.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is not None
 
 
 def test_a_rally_point_is_a_place_to_return_to() -> None:
@@ -96,7 +114,7 @@ def test_a_vehicle_that_is_found_disarmed_is_judged_by_its_descent() -> None:
     found = replace(stands(120.0, FlightMode.HOLD), home=GlobalPosition(descends.latitude_deg or 0.0, 8.545594, 488.0))
     judged = Touchdown.of(found, descends, BECAUSE)
     assert judged.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is not None
-    returned = Touchdown.of(found, replace(descends, mode=FlightMode.RETURN), None)
+    returned = Touchdown.of(replace(found, **at(3.0, 0)), replace(descends, mode=FlightMode.RETURN), None)
     assert returned.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is None
 
 
@@ -105,7 +123,8 @@ def test_a_return_that_was_commanded_has_its_destination_too(commanded: RunActio
     ends_in_the_air = mission(waypoint(300))
     assert broken_off(ends_in_the_air, FlightMode.LAND, 200.0, commanded=commanded)
     assert not broken_off(ends_in_the_air, FlightMode.LAND, 2.0, commanded=commanded)
-    assert not broken_off(ends_in_the_air, FlightMode.RETURN, 200.0, commanded=commanded)
+    assert broken_off(ends_in_the_air, FlightMode.RETURN, 200.0, commanded=commanded), "disarmed on its way"
+    assert not broken_off(ends_in_the_air, FlightMode.RETURN, 2.0, commanded=commanded)
 
 
 @pytest.mark.parametrize(

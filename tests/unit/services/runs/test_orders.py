@@ -151,3 +151,20 @@ async def test_a_mission_is_not_moved_on_once_its_hold_may_have_ended(monkeypatc
         service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
         await service.until(lambda: service.run.is_over, "the run must end")
         assert not [sent for sent in service.vehicle.sent if sent.startswith("set_current") and sent[-1] != "0"]
+
+
+async def test_a_mission_that_is_resumed_after_a_return_goes_on_where_it_was() -> None:
+    """With RTL_TYPE 1 to 4 a return makes the mission's landing current, and Mission mode alone would fly there."""
+    async with run_service() as service:
+        await fly(service)
+        seq, last = service.newest.item_id, len(service.mission.items) - 1
+        at = service.flight.flight.progress.current
+        await service.runs.return_to_launch(service.run_id)
+        service.vehicle.put(mode=FlightMode.RETURN, mission_seq=last - 1)
+        await service.until_state(RunState.RETURNING)
+        await service.runs.pause(service.run_id)
+        service.vehicle.put(mode=FlightMode.HOLD)
+        await service.until_state(RunState.PAUSED)
+        assert service.newest.item_id == seq
+        await service.runs.resume(service.run_id)
+        assert service.vehicle.sent[-2:] == [f"set_current {at}", "start"]

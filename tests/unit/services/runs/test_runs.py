@@ -228,6 +228,8 @@ async def test_after_a_failed_drop_it_holds_if_the_plan_says_so_and_is_resumed()
         await service.runs.pause(service.run_id)
         await service.until(lambda: service.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "now somebody has")
         await service.runs.resume(service.run_id)
+        at = service.mission.drops[0].resume_seq
+        assert service.vehicle.sent[-2:] == [f"set_current {at}", "start"], "it does not wait out the hold again"
         await service.until_state(RunState.FLYING)
         await land(service)
         assert (service.run.state, service.drop.outcome) == (RunState.COMPLETED, DropOutcome.KEPT)
