@@ -1,6 +1,6 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { api } from "./client";
-import { ProblemError } from "./problem";
+import { ProblemError, toProblem } from "./problem";
 
 let sent: { url: string; init: RequestInit }[];
 let answer: () => Response;
@@ -27,6 +27,70 @@ it("sends what creates something with a key of its own", async () => {
   const keys = sent.map(({ init }) => new Headers(init.headers).get("Idempotency-Key"));
   expect([keys[0]?.length, keys[0] === keys[1]]).toEqual([32, false]);
   expect(JSON.parse(String(sent[0]?.init.body))).toEqual({ plan: "p1", vehicle: "v1", start: false, wind: null });
+});
+
+describe("a request that creates something and is sent again", () => {
+  const keys = () => sent.map(({ init }) => new Headers(init.headers).get("Idempotency-Key"));
+  const queue = (priority: number) => api.createJob({ plan: "p1", priority }).catch((error: unknown) => error);
+  const lost = () => {
+    throw new TypeError("network");
+  };
+
+  it("keeps its key until an answer came, so that it is carried out once", async () => {
+    answer = lost;
+    await queue(0);
+    answer = () => new Response("<html>", { status: 504 });
+    await queue(0);
+    answer = () => new Response("", { status: 201 }); // broken off after its head
+    await queue(0);
+    answer = () => Response.json({ code: "idempotency.outcome_unknown" }, { status: 409 });
+    await queue(0);
+    answer = () => Response.json({ id: "job-1" });
+    await queue(0);
+    await queue(0);
+    const [first, ...others] = keys();
+    expect(others.map((key) => key === first)).toEqual([true, true, true, true, false]);
+  });
+
+  it("has another key after a refusal, with another body, and long after", async () => {
+    answer = () => Response.json({ code: "plan.rejected" }, { status: 422 });
+    await queue(1);
+    answer = lost;
+    await queue(1);
+    await queue(2);
+    await queue(1);
+    vi.spyOn(performance, "now").mockReturnValue(performance.now() + 3_600_000);
+    await queue(1);
+    vi.restoreAllMocks();
+    const [refused, one, two, oneAgain, later] = keys();
+    expect(oneAgain).toBe(one);
+    expect(new Set([refused, one, two, later]).size).toBe(4);
+  });
+});
+
+it("says of a request without an answer what is known of it", async () => {
+  answer = () => {
+    throw new TypeError("network");
+  };
+  const calls = [
+    () => api.run("r1"),
+    () => api.checkJob({ plan: "p1" }, new AbortController().signal),
+    () => api.runAction("r1", "pause"),
+    () => api.createJob({ plan: "p1" }),
+  ];
+  const told = [];
+  for (const ask of calls) {
+    const problem = toProblem(await ask().catch((error: unknown) => error));
+    told.push([problem.detail, problem.hint]);
+  }
+  const again = "The page reconnects by itself. Try again when it is live.";
+  const unknown = "It is unknown whether this was carried out.";
+  expect(told).toEqual([
+    ["This could not be loaded.", again],
+    ["Nothing was changed.", again],
+    [unknown, "When the page is live again, look at the run before you try again."],
+    [unknown, "When the page is live again, look at the jobs before you try again."],
+  ]);
 });
 
 it("asks for each command by the path that the API has for it", async () => {

@@ -1,6 +1,7 @@
 /** Calls of the REST API, checked against its paths, bodies and answers. Every failure is a ProblemError. */
 
-import { ProblemError, parseProblem, unreachableProblem } from "./problem";
+import { parseProblem, tellsOutcome, unansweredRequest, unreachableProblem, unreadableProblem } from "./problem";
+import { forgetKey, requestKey } from "./request-keys";
 import type { paths } from "./schema";
 import { readToken } from "./token";
 import type {
@@ -123,8 +124,15 @@ type Loose<T> = { readonly [K in keyof T]?: T[K] extends string | number | boole
 
 interface SendOptions {
   readonly signal?: AbortSignal;
-  /** Adds an Idempotency-Key, so that a request that the network repeats acts once. */
+  /** Adds an Idempotency-Key, so that a request acts once if the network repeats it, or a user after a lost answer. */
   readonly once?: boolean;
+}
+
+/** A request as it is sent, and what is to be said if no answer comes. */
+interface Outgoing {
+  readonly url: string;
+  readonly init: RequestInit;
+  readonly unanswered: ReturnType<typeof unansweredRequest>;
 }
 
 function get<P extends PathOf<"get">>(
@@ -132,13 +140,14 @@ function get<P extends PathOf<"get">>(
   params: Params<P>,
   query: Query<P, "get"> | object = {},
 ): Promise<Answer<P, "get">> {
-  return call(urlOf(path, params, query), { method: "GET" });
+  return call(outgoing(path, params, query, { method: "GET" }));
 }
 
 /** An answer that is no JSON. */
 async function getFile<P extends PathOf<"get">>(path: P, params: Params<P>): Promise<Response> {
-  const answer = await answerTo(urlOf(path, params, {}), { method: "GET" });
-  if (!answer.ok) throw parseProblem(answer.status, await answer.json().catch(() => null));
+  const request = outgoing(path, params, {}, { method: "GET" });
+  const answer = await answerTo(request);
+  if (!answer.ok) throw parseProblem(answer.status, await answer.json().catch(() => null), request.unanswered);
   return answer;
 }
 
@@ -158,10 +167,10 @@ function send<M extends "post" | "put" | "patch", P extends PathOf<M>>(
   body: Body<P, M>,
   { signal, once = false }: SendOptions,
 ): Promise<Answer<P, M>> {
-  const headers: Record<string, string> = { "Content-Type": "application/json" };
-  if (once) headers["Idempotency-Key"] = randomKey();
+  const headers = { "Content-Type": "application/json" };
   const init = { method: method.toUpperCase(), headers, body: JSON.stringify(body), signal: signal ?? null };
-  return call(urlOf(path, params, {}), init);
+  const request = outgoing(path, params, {}, init);
+  return once ? callOnce(request) : call(request);
 }
 
 function postFile<P extends PathOf<"post">>(
@@ -171,7 +180,11 @@ function postFile<P extends PathOf<"post">>(
   body: Blob,
   media: string,
 ): Promise<Answer<P, "post">> {
-  return call(urlOf(path, params, query), { method: "POST", headers: { "Content-Type": media }, body });
+  return call(outgoing(path, params, query, { method: "POST", headers: { "Content-Type": media }, body }));
+}
+
+function outgoing(path: string, params: unknown, query: object, init: RequestInit): Outgoing {
+  return { url: urlOf(path, params, query), init, unanswered: unansweredRequest(init.method ?? "GET", path) };
 }
 
 function urlOf(path: string, params: unknown, query: object): string {
@@ -181,15 +194,30 @@ function urlOf(path: string, params: unknown, query: object): string {
   return given.length === 0 ? filled : `${filled}?${new URLSearchParams(given.map(([k, v]) => [k, String(v)]))}`;
 }
 
-async function call<T>(url: string, init: RequestInit): Promise<T> {
-  const answer = await answerTo(url, init);
-  const body: unknown = await answer.json().catch(() => null);
-  if (answer.ok && body !== null) return body as T;
-  if (answer.ok) throw new ProblemError(answer.status, "answer.unreadable", "The answer cannot be read", "", "", []);
-  throw parseProblem(answer.status, body);
+/** With a key that the same request keeps until it is known what came of it. */
+async function callOnce<T>(request: Outgoing): Promise<T> {
+  const { url, init } = request;
+  const name = `${init.method} ${url}\n${init.body}`;
+  const headers = { ...init.headers, "Idempotency-Key": requestKey(name) };
+  try {
+    const answer = await call<T>({ ...request, init: { ...init, headers } });
+    forgetKey(name);
+    return answer;
+  } catch (error) {
+    if (tellsOutcome(error)) forgetKey(name);
+    throw error;
+  }
 }
 
-async function answerTo(url: string, init: RequestInit): Promise<Response> {
+async function call<T>(request: Outgoing): Promise<T> {
+  const answer = await answerTo(request);
+  const body: unknown = await answer.json().catch(() => null);
+  if (answer.ok && body !== null) return body as T;
+  if (answer.ok) throw unreadableProblem(answer.status, request.unanswered);
+  throw parseProblem(answer.status, body, request.unanswered);
+}
+
+async function answerTo({ url, init, unanswered }: Outgoing): Promise<Response> {
   const token = readToken();
   const headers = new Headers(init.headers);
   headers.set("Accept", "application/json, application/problem+json");
@@ -198,12 +226,6 @@ async function answerTo(url: string, init: RequestInit): Promise<Response> {
     return await fetch(url, { ...init, headers });
   } catch (error) {
     if (error instanceof DOMException && error.name === "AbortError") throw error;
-    throw unreachableProblem();
+    throw unreachableProblem(unanswered);
   }
-}
-
-/** 128 random bits. crypto.randomUUID would need https where the service is not on this machine. */
-function randomKey(): string {
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -17,28 +17,69 @@ export class ProblemError extends Error {
   }
 }
 
-/** The service always gives a hint: this is the answer of something between it and the page. */
-const FALLBACK_HINT = "Check the proxy between this page and Waydrop, then try again.";
+/** What is open about a request without an answer, and what to do then. */
+interface Unanswered {
+  readonly detail: string;
+  readonly hint: string;
+}
+
+/** They are posted for their bodies, and change nothing. */
+const CHECKS: ReadonlySet<string> = new Set(["plan-checks", "plan-conversions", "job-checks"]);
+
+/** Where it is seen whether a request was carried out, by the first name in its path. */
+const LOOK_AT: Readonly<Record<string, string>> = {
+  plans: "the plan library",
+  runs: "the run",
+  jobs: "the jobs",
+  "job-queues": "the jobs",
+  vehicles: "the vehicle",
+  simulator: "the simulator",
+};
+
+/** `path`: as the API has it, /api/v1/runs. */
+export function unansweredRequest(method: string, path: string): Unanswered {
+  const noun = path.split("/")[3] ?? "";
+  const again = "The page reconnects by itself. Try again when it is live.";
+  if (method === "GET") return { detail: "This could not be loaded.", hint: again };
+  if (CHECKS.has(noun)) return { detail: "Nothing was changed.", hint: again };
+  const hint = `When the page is live again, look at ${LOOK_AT[noun] ?? "the events"} before you try again.`;
+  return { detail: "It is unknown whether this was carried out.", hint };
+}
+
+/** The service always gives a hint: an answer without one is of something between it and the page. */
+const FALLBACK_HINT = "Check the proxy between this page and Waydrop";
 
 /** A problem from the body of an answer; a body that is no problem document still becomes words. */
-export function parseProblem(status: number, body: unknown): ProblemError {
+export function parseProblem(status: number, body: unknown, unanswered: Unanswered | null = null): ProblemError {
   const doc = isRecord(body) ? body : {};
   const title = text(doc["title"]) || `The service answered ${status}`;
+  const open = status >= 500 && text(doc["code"]) === "" ? unanswered : null; // a proxy does not know what came of it
   const findings = Array.isArray(doc["findings"]) ? doc["findings"].filter(isRecord).map(findingFrom) : [];
   return new ProblemError(
     status,
     text(doc["code"]) || `http.${status}`,
     title,
-    text(doc["detail"]),
-    text(doc["hint"]) || FALLBACK_HINT,
+    text(doc["detail"]) || (open?.detail ?? ""),
+    text(doc["hint"]) || (open === null ? `${FALLBACK_HINT}, then try again.` : `${FALLBACK_HINT}. ${open.hint}`),
     findings,
   );
 }
 
-/** No answer at all: the service is down or the network is. */
-export function unreachableProblem(): ProblemError {
-  const hint = "The page reconnects by itself. Try again when it is live.";
-  return new ProblemError(0, "unreachable", "The service does not answer", "Nothing was sent.", hint, []);
+/** No answer at all: the service is down or the network is. What was sent may have arrived all the same. */
+export function unreachableProblem({ detail, hint }: Unanswered): ProblemError {
+  return new ProblemError(0, "unreachable", "The service does not answer", detail, hint, []);
+}
+
+/** The service did what was asked, or says what it has, and the page cannot read it. */
+export function unreadableProblem(status: number, { detail, hint }: Unanswered): ProblemError {
+  return new ProblemError(status, "answer.unreadable", "The answer cannot be read", detail, hint, []);
+}
+
+/** Whether it is known what came of a request that ended with this. */
+export function tellsOutcome(error: unknown): boolean {
+  if (!(error instanceof ProblemError)) return false;
+  const { status, code } = error;
+  return status >= 400 && status < 500 && code !== "idempotency.outcome_unknown";
 }
 
 /** Whatever was thrown, as a problem: the caller shows it and never loses it. */
