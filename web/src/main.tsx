@@ -19,6 +19,7 @@ import { watchTargetReports } from "./features/targets/reports";
 import { watchFollowedTasks } from "./features/tasks/followed-tasks";
 import { watchTaskQueue } from "./features/tasks/queue";
 import { taskMayFollow, watchTaskDraft } from "./features/tasks/task-draft";
+import { watchChosenRun } from "./store/chosen-run";
 import { startClock } from "./store/clock";
 import { watchPlanNames } from "./store/plans";
 import { applyTheme, persistUnits } from "./store/preferences";
@@ -46,6 +47,7 @@ watchTargetReports(computed(() => runFollowsTarget.value || taskMayFollow.value)
 render(<App />, root);
 startSync();
 watchPrincipal();
+watchChosenRun();
 watchSimulator();
 watchJobs();
 watchPlanSchema();

@@ -26,10 +26,12 @@ export const selectedVehicle = computed(() =>
   vehicleId.value === null ? null : (vehicles.value[vehicleId.value] ?? null),
 );
 
-/** The chosen run, else the open run of the chosen vehicle, else the newest one. */
+/**
+ * The chosen run; if none is chosen, the open run of the chosen vehicle, else the newest one. Null too while the chosen
+ * one is not known: commands on another run would be given to another vehicle.
+ */
 export const selectedRun = computed(() => {
-  const chosen = runId.value === null ? undefined : runs.value[runId.value];
-  if (chosen) return chosen;
+  if (runId.value !== null) return runs.value[runId.value] ?? null;
   const vehicle = selectedVehicle.value;
   if (vehicle)
     return (
@@ -49,6 +51,12 @@ export function selectRun(id: string): void {
   vehicleId.value = runs.value[id]?.vehicle_id ?? vehicleId.value;
   itemId.value = null;
   showPanel("run");
+}
+
+/** The open run of the chosen vehicle is shown then, else the newest one. */
+export function chooseNoRun(): void {
+  runId.value = null;
+  itemId.value = null;
 }
 
 export function showPanel(next: Panel): void {

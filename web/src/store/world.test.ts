@@ -100,6 +100,31 @@ describe("another journal", () => {
   });
 });
 
+describe("a snapshot, which has the open runs and the newest ones only", () => {
+  const read = (fields: Parameters<typeof sampleRun>[0]) => (world: World) =>
+    reduce(world, { type: "run_read", run: sampleRun(fields) });
+  const known = [
+    read({ id: "old", state: "completed" }),
+    read({ id: "lost-sight-of", state: "flying" }),
+    read({ id: "r1", state: "landed", updated_at: 99 }),
+  ].reduce((world, take) => take(world), caughtUp(1));
+
+  it("keeps the older ones that have ended, and none that it would have if it were still open", () => {
+    const world = take(reopened(known), hello(1), snapshot(1));
+    expect(Object.values(world.runs).map(({ id, state }) => [id, state])).toEqual([
+      ["old", "completed"],
+      ["r1", "flying"],
+    ]);
+  });
+
+  it("keeps none of another service", () => {
+    const other = take(reopened(take(reopened(known), hello(1, "gw2"))), hello(1, "gw2"), snapshot(1));
+    expect(Object.keys(other.runs)).toEqual(["r1"]);
+    const refused = reduce(known, { type: "after_refused" });
+    expect(Object.keys(take(reopened(refused), hello(0, "gw2"), snapshot(0)).runs)).toEqual(["r1"]);
+  });
+});
+
 describe("telemetry", () => {
   it("replaces the state and says when it was measured", () => {
     const world = take(caughtUp(1), {

@@ -7,6 +7,7 @@
 
 import type { EventFrame, Frame, HelloFrame, SnapshotFrame, TelemetryFrame } from "../api/stream";
 import type { EventKind, EventOf, Job, JobQueue, Run, StreamEvent, Vehicle } from "../api/types";
+import { hasRunEnded } from "./runs";
 
 /** Events kept for the feed. */
 export const FEED_LIMIT = 500;
@@ -73,7 +74,7 @@ export function reduce(world: World, action: Action): World {
     case "opened":
       return { ...world, resync: false };
     case "after_refused":
-      return { ...world, gateway: null, seq: null, holeAfter: null, feed: [], jobs: {}, jobQueues: {} };
+      return { ...world, gateway: null, seq: null, holeAfter: null, feed: [], ...ofOtherService(world) };
     case "vehicles_read":
       return { ...world, vehicles: indexById(action.vehicles), listStale: false };
     case "run_read":
@@ -103,8 +104,7 @@ function reduceFrame(world: World, frame: Frame, at: number): World {
 function onHello(world: World, hello: HelloFrame): World {
   if (world.seq !== null && world.gateway === hello.gateway) return world;
   const seq = Math.max(hello.first_seq - 1, hello.seq - REPLAYED_EVENTS);
-  // of another service
-  const kept = world.gateway === null || world.gateway === hello.gateway ? {} : { jobs: {}, jobQueues: {} };
+  const kept = world.gateway === null || world.gateway === hello.gateway ? {} : ofOtherService(world);
   return { ...world, ...kept, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
 }
 
@@ -113,10 +113,20 @@ function onSnapshot(world: World, snapshot: SnapshotFrame, at: number): World {
     ...world,
     snapshotSeq: snapshot.seq,
     vehicles: indexById(snapshot.vehicles),
-    runs: indexById(snapshot.runs),
+    runs: { ...runsThat(true, world.runs), ...indexById(snapshot.runs) },
     measuredAt: at,
     listStale: false,
   };
+}
+
+/** A snapshot has all runs that are open, and of the others only the newest: the older ones are kept. */
+function runsThat(ended: boolean, runs: World["runs"]): World["runs"] {
+  return Object.fromEntries(Object.entries(runs).filter(([, run]) => hasRunEnded(run) === ended));
+}
+
+/** Another service has other jobs and other runs. Those that are open are shown until its snapshot comes. */
+function ofOtherService({ runs }: World): Pick<World, "runs" | "jobs" | "jobQueues"> {
+  return { runs: runsThat(false, runs), jobs: {}, jobQueues: {} };
 }
 
 function onEvent(world: World, { event }: EventFrame): World {

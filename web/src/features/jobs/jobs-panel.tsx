@@ -189,7 +189,7 @@ function JobCard({ job, position, isNext }: { job: Job; position: QueuePosition 
       {(job.run_id !== null || open) && (
         <div class="actions job-actions">
           {job.run_id !== null && (
-            <button type="button" class={isNext ? "primary" : "small"} onClick={() => void openJobRun(job)}>
+            <button type="button" class={isNext ? "primary" : "small"} onClick={() => openJobRun(job)}>
               {isReadyToStart(job) ? "Open run to start" : "Open run"}
             </button>
           )}

@@ -8,7 +8,7 @@ import type { Job, JobCandidate, JobsPage } from "../../api/types";
 import { serviceNow } from "../../store/clock";
 import { reportProblem } from "../../store/notices";
 import { panel, selectRun } from "../../store/selection";
-import { dispatch, feed, jobs, live, runs, world } from "../../store/store";
+import { dispatch, feed, jobs, live, world } from "../../store/store";
 import { affectsAssignment, hasJobEnded, moveTo } from "./lists";
 
 /** False until the jobs have been read. */
@@ -138,11 +138,6 @@ async function change(doing: string, act: () => Promise<unknown>): Promise<void>
   }
 }
 
-/** Open the run of a job; this page may not have loaded one that is over. */
-export async function openJobRun(job: Job): Promise<void> {
-  const id = job.run_id;
-  if (id === null) return;
-  if (!(id in runs.peek()))
-    await change("Open the run", async () => dispatch({ type: "run_read", run: await api.run(id) }));
-  if (id in runs.peek()) selectRun(id);
+export function openJobRun(job: Job): void {
+  if (job.run_id !== null) selectRun(job.run_id);
 }

@@ -6,6 +6,7 @@ import { runStateLabel, runStateTone } from "../../format/labels";
 import { formatReason } from "../../format/reasons";
 import { capitalize } from "../../format/text";
 import { formatClock, formatDuration, formatPercent, formatPosition } from "../../format/units";
+import { unknownRun } from "../../store/chosen-run";
 import { reportProblem } from "../../store/notices";
 import { plansById } from "../../store/plans";
 import { hasRunEnded, newestRuns } from "../../store/runs";
@@ -27,10 +28,12 @@ import { runPlan } from "./run-plan";
 import { notableReason } from "./run-reason";
 import { RunSkip } from "./run-skip";
 import { TelemetryStrips } from "./telemetry-strips";
+import { UnknownRun } from "./unknown-run";
 
 /** `firstFlight`: what to offer to somebody who has no run yet. */
 export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
   const run = selectedRun.value;
+  if (unknownRun.value !== null) return <UnknownRun id={unknownRun.value} />;
   if (run === null) return <NoRun>{firstFlight}</NoRun>;
   const questions = consentRequests(run);
   return (
@@ -219,9 +222,7 @@ function RunContinuation({ run }: { run: Run }) {
   );
 }
 
-/** A run of which the page knows nothing is named only. */
 function RunLink({ id }: { id: string }) {
-  if (runs.value[id] === undefined) return <code>{id}</code>;
   return (
     <button type="button" class="run-link" onClick={() => selectRun(id)}>
       {id}
