@@ -4,10 +4,11 @@ import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import { type ProblemError, toProblem } from "../../api/problem";
 import type { Finding, Job, JobRequest, PlanDocument, Timeline, Wind } from "../../api/types";
+import { serviceNow } from "../../store/clock";
 import { reportProblem } from "../../store/notices";
 import { cachePlan, loadStoredPlans } from "../../store/plans";
 import { selectRun, vehicleId } from "../../store/selection";
-import { dispatch, feed, live } from "../../store/store";
+import { dispatch, feed, live, world } from "../../store/store";
 import { omitNulls } from "./document";
 import { draftPlan, draftText, openDraft, planText } from "./draft-text";
 import { wind } from "./wind";
@@ -20,7 +21,8 @@ type PlanCheckState =
       readonly kind: "done";
       readonly findings: readonly Finding[];
       readonly timeline: Timeline | null;
-      readonly parametersAgeS: number | null;
+      /** When the vehicle's parameters were read that it was checked against, in Unix seconds. */
+      readonly parametersReadAt: number | null;
     }
   | { readonly kind: "refused"; readonly problem: ProblemError };
 
@@ -74,8 +76,8 @@ export async function openStored(id: string): Promise<void> {
  */
 const parametersPosition = computed(
   () =>
-    feed.value.findLast((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)
-      ?.position ?? 0,
+    feed.value.find((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)?.position ??
+    0,
 );
 
 /**
@@ -110,12 +112,18 @@ async function runCheck(
   try {
     const { findings, timeline, parameters_age_s } = await api.checkPlan(plan, vehicle, air, signal);
     if (signal.aborted) return;
-    planCheck.value = { kind: "done", findings, timeline, parametersAgeS: parameters_age_s ?? null };
+    planCheck.value = { kind: "done", findings, timeline, parametersReadAt: before(parameters_age_s ?? null) };
   } catch (error) {
     if (signal.aborted) return;
     planCheck.value = { kind: "refused", problem: toProblem(error) };
   }
   checkingPlan.value = false;
+}
+
+/** The service's time so many seconds ago: an age would be no longer true a moment later. */
+function before(age_s: number | null): number | null {
+  const now_s = serviceNow(world.peek().serviceAhead_s);
+  return age_s === null || now_s === null ? null : now_s - age_s;
 }
 
 /** Store the draft unless it is stored, and make a run of it: uploads to the vehicle, and starts nothing. */

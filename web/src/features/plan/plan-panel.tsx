@@ -2,6 +2,7 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { vehicleTypeLabel } from "../../format/labels";
 import { capitalize } from "../../format/text";
+import { formatClock } from "../../format/units";
 import { planName } from "../../store/plans";
 import { currentRun } from "../../store/runs";
 import { selectVehicle, vehicleId } from "../../store/selection";
@@ -100,8 +101,8 @@ function CheckResult() {
       {errors === 0 &&
         planCheck.value.kind === "done" &&
         (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
-      {planCheck.value.kind === "done" && planCheck.value.parametersAgeS !== null && (
-        <small>parameters read {Math.round(planCheck.value.parametersAgeS)} s ago</small>
+      {planCheck.value.kind === "done" && planCheck.value.parametersReadAt !== null && (
+        <small>parameters read at {formatClock(planCheck.value.parametersReadAt)}</small>
       )}
     </span>
   );

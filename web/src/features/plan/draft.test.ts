@@ -1,0 +1,43 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { sampleEvent, sampleVehicle } from "../../testing/samples";
+
+vi.stubGlobal("requestAnimationFrame", (draw: () => void) => setTimeout(draw, 16));
+vi.stubGlobal("cancelAnimationFrame", (handle: ReturnType<typeof setTimeout>) => clearTimeout(handle));
+const checkPlan = vi.fn(async () => ({ findings: [], timeline: null, parameters_age_s: 40 }));
+vi.doMock("../../api/client", () => ({ api: { checkPlan } }));
+const { receiveFrame, status } = await import("../../store/store");
+const { selectVehicle } = await import("../../store/selection");
+const { openDraft } = await import("./draft-text");
+const { planCheck, watchDraft } = await import("./draft");
+
+/** The checks that were asked for, once the page has waited for further changes. */
+async function checks(): Promise<number> {
+  await vi.advanceTimersByTimeAsync(1_000);
+  return checkPlan.mock.calls.length;
+}
+
+describe("the check of a plan", () => {
+  beforeEach(() => void vi.useFakeTimers());
+  afterEach(() => void vi.useRealTimers());
+
+  it("is repeated with each change of the chosen vehicle's parameters, and says when they were read", async () => {
+    receiveFrame({ type: "hello", gateway: "gw1", first_seq: 1, seq: 0, server_time: 9_000 });
+    const vehicles = ["v1", "v2"].map((id) => sampleVehicle({ id }));
+    receiveFrame({ type: "snapshot", seq: 0, vehicles, runs: [] });
+    status.value = { kind: "live" };
+    watchDraft();
+    selectVehicle("v1");
+    openDraft("{}");
+    const counts = [await checks()];
+    for (const [seq, vehicle_id] of [
+      [1, "v1"],
+      [2, "v1"],
+      [3, "v2"],
+    ] as const) {
+      receiveFrame({ type: "event", event: sampleEvent(seq, { kind: "vehicle.parameters", vehicle_id }) });
+      counts.push(await checks());
+    }
+    expect(counts).toEqual([1, 2, 3, 3]);
+    expect(planCheck.value).toMatchObject({ kind: "done", parametersReadAt: expect.closeTo(8_960, -1) });
+  });
+});
