@@ -7,6 +7,7 @@ import {
   formatDuration,
   formatHeading,
   formatLinkAge,
+  formatMoment,
   formatPercent,
   formatPosition,
   formatSpeed,
@@ -110,4 +111,11 @@ describe("the units of the page", () => {
       "",
     ]);
   });
+});
+
+it("a moment has a date unless it is today", () => {
+  const at = new Date(2026, 6, 3, 7, 10, 34);
+  const onThe = (day: number, year = 2026) =>
+    formatMoment(at.getTime() / 1000, new Date(year, 6, day, 12).toDateString());
+  expect([onThe(3), onThe(4), onThe(3, 2027)]).toEqual(["07:10:34", "3 Jul 07:10:34", "3 Jul 2026 07:10:34"]);
 });

@@ -144,6 +144,14 @@ export function formatClock(unix_s: number): string {
   return new Date(unix_s * 1000).toLocaleTimeString("en-GB");
 }
 
+/** Unix seconds as local time of day, after the date unless it is `today` (a toDateString): "3 Jul 07:10:34". */
+export function formatMoment(unix_s: number, today: string): string {
+  const at = new Date(unix_s * 1000);
+  if (at.toDateString() === today) return formatClock(unix_s);
+  const year = today.endsWith(String(at.getFullYear())) ? {} : ({ year: "numeric" } as const);
+  return `${at.toLocaleDateString("en-GB", { day: "numeric", month: "short", ...year })} ${formatClock(unix_s)}`;
+}
+
 /** Unix seconds in full, for a tooltip. */
 export function formatTimestamp(unix_s: number): string {
   return new Date(unix_s * 1000).toISOString().replace("T", " ").replace("Z", " UTC");

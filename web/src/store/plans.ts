@@ -34,7 +34,7 @@ export async function loadStoredPlans(): Promise<void> {
   }
 }
 
-// The names of the stored plans: from their list, and from the events since then.
+// The names of the stored plans: from their list, from the events since then, and from those that were read.
 
 /** As text, so that an event without a plan changes nothing. */
 const namesInEvents = computed(() =>
@@ -47,6 +47,7 @@ const names = computed(
   () =>
     new Map<string, string>([
       ...(JSON.parse(namesInEvents.value) as [string, string][]),
+      ...Object.values(plansById.value).map(({ id, name }) => [id, name] as const),
       ...(storedPlans.value ?? []).map(({ id, name }) => [id, name] as const),
     ]),
 );

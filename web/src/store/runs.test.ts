@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import { sampleRun, sampleVehicle } from "../testing/samples";
-import { currentRun, newestRuns } from "./runs";
+import { currentRun, flightDuration, newestRuns } from "./runs";
 
 it("a vehicle's current run is the one that the service names", () => {
   const runs = { r1: sampleRun({ id: "r1", created_at: 1 }), r2: sampleRun({ id: "r2", created_at: 2 }) };
@@ -23,4 +23,12 @@ it("runs are listed newest first", () => {
       ({ id }) => id,
     ),
   ).toEqual(["b", "a"]);
+});
+
+it("a flight lasts until it has ended, by the service's clock and not by the last change of the run", () => {
+  const run = sampleRun({ started_at: 100, updated_at: 110 });
+  expect(flightDuration(run, 400)).toBe(300);
+  expect(flightDuration(run, null)).toBe(10);
+  expect(flightDuration({ ...run, ended_at: 150 }, 400)).toBe(50);
+  expect(flightDuration(sampleRun(), 400)).toBeNull();
 });

@@ -8,6 +8,17 @@ export function hasRunEnded(run: Pick<Run, "state">): boolean {
   return OVER.has(run.state);
 }
 
+/**
+ * Seconds from the start to the end, or to the service's time (Unix seconds, null if it is not known) while the run has
+ * not ended; null before the start.
+ */
+export function flightDuration(
+  { started_at, ended_at, updated_at }: Pick<Run, "started_at" | "ended_at" | "updated_at">,
+  now_s: number | null,
+): number | null {
+  return started_at === null ? null : Math.max(0, (ended_at ?? now_s ?? updated_at) - started_at);
+}
+
 /** Newest first. */
 export function newestRuns(runs: Readonly<Record<string, Run>>): Run[] {
   return Object.values(runs).sort((a, b) => b.created_at - a.created_at || b.id.localeCompare(a.id));

@@ -7,6 +7,7 @@
 
 import { batch, computed, signal } from "@preact/signals";
 import type { ConnectionStatus, Frame } from "../api/stream";
+import { serviceNow } from "./clock";
 import { NextFrame } from "./frame-pacing";
 import { telemetryHistory, telemetryVersion } from "./telemetry-history";
 import { extendTracks, type Tracks } from "./tracks";
@@ -22,6 +23,17 @@ export const jobs = computed(() => world.value.jobs);
 export const jobQueues = computed(() => world.value.jobQueues);
 export const feed = computed(() => world.value.feed);
 export const live = computed(() => status.value.kind === "live");
+
+/** The service's time in whole Unix seconds; null if it is not known. */
+export const serviceSeconds = computed(() => {
+  const at = serviceNow(world.value.serviceAhead_s);
+  return at === null ? null : Math.floor(at);
+});
+/** The date of that here, as toDateString() has it. */
+export const today = computed(() =>
+  (serviceSeconds.value === null ? new Date() : new Date(serviceSeconds.value * 1000)).toDateString(),
+);
+
 /** One text, so that telemetry, which never changes it, neither sorts nor redraws the list. */
 const joinedIds = computed(() => Object.keys(vehicles.value).join("\n"));
 const asPeopleCount = new Intl.Collator("en", { numeric: true });

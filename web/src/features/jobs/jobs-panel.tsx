@@ -3,7 +3,7 @@ import { formatReason } from "../../format/reasons";
 import { toSentence } from "../../format/text";
 import { hasRole } from "../../store/principal";
 import { showPanel } from "../../store/selection";
-import { jobQueues, jobs, live, vehicles } from "../../store/store";
+import { jobQueues, jobs, live, serviceSeconds, vehicles } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
@@ -16,7 +16,6 @@ import {
   moveJob,
   openJobRun,
   resumeJobQueue,
-  serviceSeconds,
 } from "./jobs";
 import {
   describeCandidate,

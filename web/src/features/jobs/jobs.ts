@@ -5,7 +5,6 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import type { Job, JobCandidate, JobsPage } from "../../api/types";
-import { serviceNow } from "../../store/clock";
 import { reportProblem } from "../../store/notices";
 import { panel, selectRun } from "../../store/selection";
 import { dispatch, feed, jobs, live, world } from "../../store/store";
@@ -23,12 +22,6 @@ export const jobCandidates = signal<{
   readonly candidates: readonly JobCandidate[];
   readonly warning: string;
 } | null>(null);
-
-/** The service's time in whole Unix seconds, for deadlines; null if it is not known. */
-export const serviceSeconds = computed(() => {
-  const at = serviceNow(world.value.serviceAhead_s);
-  return at === null ? null : Math.floor(at);
-});
 
 const PAGE = 200;
 const MOST_PAGES = 10;

@@ -4,14 +4,14 @@ import { api } from "../../api/client";
 import type { Run, RunState } from "../../api/types";
 import { runStateLabel, runStateTone } from "../../format/labels";
 import { formatReason } from "../../format/reasons";
-import { capitalize } from "../../format/text";
-import { formatClock, formatDuration, formatPercent, formatPosition } from "../../format/units";
+import { capitalize, shortId } from "../../format/text";
+import { formatDuration, formatMoment, formatPercent, formatPosition } from "../../format/units";
 import { unknownRun } from "../../store/chosen-run";
 import { reportProblem } from "../../store/notices";
-import { plansById } from "../../store/plans";
-import { hasRunEnded, newestRuns } from "../../store/runs";
+import { planName, plansById } from "../../store/plans";
+import { flightDuration, hasRunEnded, newestRuns } from "../../store/runs";
 import { selectedRun, selectRun, showPanel, vehicleId } from "../../store/selection";
-import { runs } from "../../store/store";
+import { runs, serviceSeconds, today } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { Icon } from "../../ui/icons";
 import { saveFile } from "../../ui/save-file";
@@ -120,7 +120,7 @@ function RunName({ run }: { run: Run }) {
       {title}
       <label class="run-picker">
         <span class="visually-hidden">Run</span>
-        <select value={run.id} onChange={(event) => selectRun(event.currentTarget.value)}>
+        <select value={run.id} title={runTitle(run)} onChange={(event) => selectRun(event.currentTarget.value)}>
           {all.map((other) => (
             <option key={other.id} value={other.id}>
               {runTitle(other)}
@@ -132,13 +132,21 @@ function RunName({ run }: { run: Run }) {
   );
 }
 
+/** What must not be cut off comes first. */
 function runTitle({ created_at, vehicle_id, plan_id, state }: Run): string {
-  const plan = plansById.value[plan_id]?.name ?? plan_id;
-  return [plan, vehicle_id, formatClock(created_at), runStateLabel(state)].join(" · ");
+  const plan = planName(plan_id) ?? `plan ${shortId(plan_id)}`;
+  return [vehicle_id, runStateLabel(state), formatMoment(created_at, today.value), plan].join(" · ");
+}
+
+/** In a component of its own, because it changes each second. */
+function FlightDuration({ run }: { run: Run }) {
+  const duration_s = flightDuration(run, run.ended_at === null ? serviceSeconds.value : null);
+  if (duration_s === null) return null;
+  const words = formatDuration(Math.round(duration_s));
+  return <> · {run.ended_at === null ? `in flight for ${words}` : `flight time ${words}`}</>;
 }
 
 function RunHead({ run }: { run: Run }) {
-  const took = run.started_at === null ? null : (run.ended_at ?? run.updated_at) - run.started_at;
   const reason = notableReason(run);
   return (
     <header class="run-head" data-run={run.id} data-state={run.state}>
@@ -147,9 +155,8 @@ function RunHead({ run }: { run: Run }) {
         <Badge tone={runStateTone(run.state)}>{runStateLabel(run.state)}</Badge>
       </div>
       <small>
-        {run.vehicle_id} · created {formatClock(run.created_at)}
-        {took !== null &&
-          ` · ${run.ended_at === null ? "in flight for" : "flight time"} ${formatDuration(Math.round(took))}`}
+        {run.vehicle_id} · created {formatMoment(run.created_at, today.value)}
+        <FlightDuration run={run} />
       </small>
       {reason !== null && <p class="run-reason">{capitalize(formatReason(reason))}</p>}
       {isToBeFetched(run) && run.last_position !== null && <LastPosition heard={run.last_position} />}
@@ -167,7 +174,7 @@ function isToBeFetched({ state }: Run): boolean {
 function LastPosition({ heard }: { heard: NonNullable<Run["last_position"]> }) {
   return (
     <p class="run-place">
-      Last position {formatPosition(heard)} · {formatClock(heard.at)}
+      Last position {formatPosition(heard)} · {formatMoment(heard.at, today.value)}
     </p>
   );
 }
