@@ -27,7 +27,7 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
   const [shown, setShown] = useState<Attachment | null>(null);
   const newest = useComputed(() => newestAttachment(run, drop)).value;
   useEffect(() => void loadAttachments(run, drop), [run, drop, newest, live.value]);
-  const { list, sending, problems } = attachmentsOf(run, drop);
+  const { list, sending, loadProblem, problems } = attachmentsOf(run, drop);
   const mayAttach = live.value && hasRole("dispatcher");
   const onDrop = (event: DragEvent) => {
     event.preventDefault(); // and the page does not take it for a plan
@@ -60,11 +60,13 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
           Sending “{name}”…
         </p>
       ))}
-      {problems.map((problem) => (
-        <p key={problem} class="attach-problem" role="alert">
-          {problem}
-        </p>
-      ))}
+      {[loadProblem, ...problems]
+        .filter((problem) => problem !== "")
+        .map((problem) => (
+          <p key={problem} class="attach-problem" role="alert">
+            {problem}
+          </p>
+        ))}
       {hasRole("dispatcher") && (
         <Picker drop={drop} disabled={!mayAttach} onFiles={(files) => void attach(run, drop, files)} />
       )}

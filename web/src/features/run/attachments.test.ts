@@ -1,5 +1,12 @@
-import { describe, expect, it } from "vitest";
-import { attachmentName, attachmentProblem, formatBytes, MAX_BYTES } from "./attachments";
+import { beforeEach, describe, expect, it, vi } from "vitest";
+import type { Attachment } from "../../api/types";
+
+const attachments = vi.fn<() => Promise<readonly Attachment[]>>();
+vi.doMock("../../api/client", () => ({ api: { attachments } }));
+const { status } = await import("../../store/store");
+const { attachmentName, attachmentProblem, attachmentsOf, formatBytes, loadAttachments, MAX_BYTES } = await import(
+  "./attachments"
+);
 
 const photo = { name: "door.jpg", type: "image/jpeg", size: 2_000_000 };
 
@@ -29,5 +36,29 @@ describe("a file for a drop", () => {
       "195 KiB",
       "3.2 MiB",
     ]);
+  });
+});
+
+describe("the attachments of a drop", () => {
+  beforeEach(() => {
+    attachments.mockReset();
+    status.value = { kind: "live" };
+  });
+
+  it("that could not be loaded are told so once, until they are", async () => {
+    attachments.mockRejectedValue(new Error("network"));
+    await loadAttachments("r1", "drop");
+    await loadAttachments("r1", "drop");
+    const { loadProblem, problems } = attachmentsOf("r1", "drop");
+    expect([loadProblem, problems]).toEqual([expect.stringContaining("The attachments could not be loaded."), []]);
+    attachments.mockResolvedValue([]);
+    await loadAttachments("r1", "drop");
+    expect(attachmentsOf("r1", "drop")).toMatchObject({ list: [], loadProblem: "", problems: [] });
+  });
+
+  it("are not asked for while the page is not live", async () => {
+    status.value = { kind: "connecting" };
+    await loadAttachments("r1", "other");
+    expect([attachments.mock.calls.length, attachmentsOf("r1", "other").loadProblem]).toEqual([0, ""]);
   });
 });

@@ -5,21 +5,23 @@
 
 import { signal } from "@preact/signals";
 import { api } from "../../api/client";
-import { type ProblemError, toProblem } from "../../api/problem";
+import { tellsOutcome, toProblem } from "../../api/problem";
 import type { Attachment } from "../../api/types";
-import { toSentence } from "../../format/text";
-import { feed } from "../../store/store";
+import { toSentences } from "../../format/text";
+import { feed, live } from "../../store/store";
 
 interface AttachmentState {
   /** Null until it was read. */
   readonly list: readonly Attachment[] | null;
   /** Names of what is being sent. */
   readonly sending: readonly string[];
-  /** What went wrong last, in words; gone with the next try. */
+  /** Why the list is not the newest, in words; empty if it is. */
+  readonly loadProblem: string;
+  /** What went wrong when files were attached last, in words; gone with the next try. */
   readonly problems: readonly string[];
 }
 
-const NONE: AttachmentState = { list: null, sending: [], problems: [] };
+const NONE: AttachmentState = { list: null, sending: [], loadProblem: "", problems: [] };
 
 const all = signal<Readonly<Record<string, AttachmentState>>>({});
 
@@ -36,14 +38,15 @@ export function newestAttachment(run: string, drop: string): number {
   );
 }
 
+/** Asks nothing while the page is not live: it is asked again with the next connection. */
 export async function loadAttachments(run: string, drop: string): Promise<void> {
+  if (!live.peek()) return;
   try {
     const list = await api.attachments(run, drop);
-    change(run, drop, () => ({ list }));
+    change(run, drop, () => ({ list, loadProblem: "" }));
   } catch (error) {
-    change(run, drop, ({ problems }) => ({
-      problems: [...problems, `The attachments could not be loaded. ${wordsOf(toProblem(error))}`],
-    }));
+    const { title, hint } = toProblem(error);
+    change(run, drop, () => ({ loadProblem: toSentences("the attachments could not be loaded", title, hint) }));
   }
 }
 
@@ -64,19 +67,13 @@ async function send(run: string, drop: string, file: File): Promise<void> {
     await api.attach(run, drop, name, file);
     await loadAttachments(run, drop);
   } catch (error) {
-    change(run, drop, ({ problems }) => ({
-      problems: [...problems, `“${name}” was not attached. ${wordsOf(toProblem(error))}`],
-    }));
+    const problem = toProblem(error);
+    const what = tellsOutcome(problem) ? `“${name}” was not attached` : `“${name}” may not have been attached`;
+    const words = toSentences(what, problem.message, problem.hint);
+    change(run, drop, ({ problems }) => ({ problems: [...problems, words] }));
   } finally {
     change(run, drop, ({ sending }) => ({ sending: sending.filter((other) => other !== name) }));
   }
-}
-
-function wordsOf({ message, hint }: ProblemError): string {
-  return [message, hint]
-    .filter((part) => part !== "")
-    .map(toSentence)
-    .join(" ");
 }
 
 function change(run: string, drop: string, next: (before: AttachmentState) => Partial<AttachmentState>): void {
