@@ -17,7 +17,7 @@ export function Header() {
       </h1>
       <ConnectionState />
       <UnitSwitch />
-      <a class="top-link" href="/api/v1/docs">
+      <a class="top-link" href="/api/v1/docs" target="_blank" rel="noopener">
         API
       </a>
       <button

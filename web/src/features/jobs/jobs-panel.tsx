@@ -161,7 +161,10 @@ function NoJobs() {
         Your dispatch system adds jobs over REST, or you run <code>waydrop jobs add PLAN.json</code>.
       </p>
       <p>
-        <code>POST /api/v1/jobs</code> · <a href="/api/v1/docs">API</a>
+        <code>POST /api/v1/jobs</code> ·{" "}
+        <a href="/api/v1/docs" target="_blank" rel="noopener">
+          API
+        </a>
       </p>
     </div>
   );

@@ -1,5 +1,13 @@
-import { describe, expect, it } from "vitest";
-import { type History, reduceHistory, startHistory } from "./draft-text";
+import { describe, expect, it, vi } from "vitest";
+import {
+  type History,
+  markDraftSaved,
+  openDraft,
+  persistDraft,
+  reduceHistory,
+  startHistory,
+  writeDraft,
+} from "./draft-text";
 
 function written(history: History, text: string, what: string | null = null, at = 0, gesture = false): History {
   return reduceHistory(history, { type: "write", text, what, at, gesture });
@@ -62,4 +70,25 @@ describe("the draft's history", () => {
     expect(undo(written(startHistory("x".repeat(20_000_000)), "y")).text[0]).toBe("x");
     expect(written(history, history.text)).toBe(history);
   });
+});
+
+it("who closes the page is asked if the draft is neither as it was opened, nor stored or saved since", async () => {
+  vi.stubGlobal("window", new EventTarget());
+  persistDraft();
+  const isAsked = () => !window.dispatchEvent(new Event("beforeunload", { cancelable: true }));
+  const afterReload = async () => {
+    vi.resetModules();
+    return (await import("./draft-text")).isDraftUnsaved.value;
+  };
+  expect(isAsked()).toBe(false);
+  openDraft('{"name": "stored"}');
+  expect([isAsked(), await afterReload()]).toEqual([false, false]);
+  writeDraft('{"name": "edited"}');
+  expect([isAsked(), await afterReload()]).toEqual([true, true]);
+  markDraftSaved('{"name": "edited"}');
+  expect(isAsked()).toBe(false);
+  writeDraft('{"name": "more"}');
+  writeDraft("");
+  expect(isAsked()).toBe(false);
+  vi.unstubAllGlobals();
 });

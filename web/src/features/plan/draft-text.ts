@@ -8,12 +8,16 @@ import type { PlanDocument } from "../../api/types";
 import { parsePlanText, viewPlan } from "./document";
 
 const KEY = "waydrop.draft";
+const SAVED_KEY = "waydrop.draft-saved";
 
 const history = signal(startHistory(sessionStorage.getItem(KEY) ?? ""));
+/** The text that exists elsewhere too: stored, in a file, or as it was opened. */
+const saved = signal(sessionStorage.getItem(SAVED_KEY) === null ? "" : (sessionStorage.getItem(KEY) ?? ""));
 /** Counts the plans that were opened: the map looks at each of them once. */
 export const draftGeneration = signal(1);
 
 export const draftText = computed(() => history.value.text);
+export const isDraftUnsaved = computed(() => draftText.value.trim() !== "" && draftText.value !== saved.value);
 export const canUndo = computed(() => history.value.past.length > 0);
 export const canRedo = computed(() => history.value.future.length > 0);
 
@@ -32,10 +36,16 @@ export function writeDraft(text: string, what: string | null = null, gesture = f
   history.value = reduceHistory(history.value, { type: "write", text, what, at: performance.now(), gesture });
 }
 
-/** Another plan in the place of the draft. That too can be undone. */
+/** Another plan in the place of the draft. That too can be undone. Nobody's work is lost with it until it is edited. */
 export function openDraft(text: string): void {
   draftGeneration.value++;
   writeDraft(text);
+  markDraftSaved(text);
+}
+
+/** This text of the draft is stored or in a file now. */
+export function markDraftSaved(text: string): void {
+  saved.value = text;
 }
 
 /** Change the plan; nothing happens while the text is no plan. */
@@ -62,9 +72,19 @@ export function planText(plan: PlanDocument): string {
   return JSON.stringify(plan, null, 2);
 }
 
-/** A reload of the page keeps the draft. */
+/** A reload of the page keeps the draft. Who closes the page with one that is nowhere else is asked. */
 export function persistDraft(): void {
   effect(() => sessionStorage.setItem(KEY, draftText.value));
+  effect(() => {
+    if (!isDraftUnsaved.value) {
+      sessionStorage.setItem(SAVED_KEY, "yes");
+      return undefined;
+    }
+    sessionStorage.removeItem(SAVED_KEY);
+    const ask = (event: Event) => event.preventDefault();
+    window.addEventListener("beforeunload", ask);
+    return () => window.removeEventListener("beforeunload", ask);
+  });
 }
 
 // The draft's text with undo and redo. The text is the truth, so list, map and JSON are always in step. Pure.

@@ -10,7 +10,7 @@ import { cachePlan, loadStoredPlans } from "../../store/plans";
 import { selectRun, vehicleId } from "../../store/selection";
 import { dispatch, feed, live, world } from "../../store/store";
 import { omitNulls } from "./document";
-import { draftPlan, draftText, openDraft, planText } from "./draft-text";
+import { draftPlan, draftText, markDraftSaved, openDraft, planText } from "./draft-text";
 import { wind } from "./wind";
 
 const CHECK_DELAY_MS = 300;
@@ -179,6 +179,7 @@ async function ensureStored(plan: PlanDocument): Promise<string> {
   const stored = await api.createPlan(plan);
   cachePlan(stored);
   storedAs.value = { text, id: stored.id };
+  markDraftSaved(text);
   void loadStoredPlans();
   return stored.id;
 }

@@ -2,15 +2,15 @@
 
 import { signal } from "@preact/signals";
 import { api } from "../../api/client";
-import { type ProblemError, toProblem } from "../../api/problem";
+import { ProblemError, toProblem } from "../../api/problem";
 import type { ConversionFinding, ForeignFormat, PlanDocument, TargetFormat } from "../../api/types";
 import { vehicleTypeLabel } from "../../format/labels";
 import { reportProblem } from "../../store/notices";
 import { selectedVehicle } from "../../store/selection";
 import { saveFile } from "../../ui/save-file";
-import { omitNulls, viewPlan } from "./document";
+import { omitNulls, parsePlanText, viewPlan } from "./document";
 import { storedId } from "./draft";
-import { draftGeneration, draftText, draftView, openDraft, planText } from "./draft-text";
+import { draftGeneration, draftText, draftView, markDraftSaved, openDraft, planText } from "./draft-text";
 
 /** Larger files are no plans: the service takes no more. */
 const MAX_BYTES = 1_048_576;
@@ -29,15 +29,31 @@ let newest = 0; // of two files that are read at once the later one is meant
 
 export async function openFile(file: File | undefined): Promise<void> {
   if (!file) return;
-  if (file.size > MAX_BYTES)
-    return reportProblem(`Open ${file.name}`, new Error("The file exceeds the size limit of a plan (1 MiB)."));
   const number = ++newest;
-  const text = await file.text();
-  if (number !== newest) return;
-  const format = foreignFormat(text);
-  if (format !== null) return convert(file, format, number);
-  conversion.value = null;
-  openDraft(text);
+  try {
+    if (file.size > MAX_BYTES) throw tooLarge(file.size);
+    const text = await file.text();
+    if (number !== newest) return;
+    const format = foreignFormat(text);
+    if (format !== null) return await convert(file, format, number);
+    openDraft(planFileText(text));
+    conversion.value = null;
+  } catch (error) {
+    reportProblem(`Open ${file.name}`, error);
+  }
+}
+
+function tooLarge(bytes: number): ProblemError {
+  const size = (Math.ceil((bytes / MAX_BYTES) * 10) / 10).toFixed(1);
+  const hint = "Open a smaller file, or split the plan in two.";
+  return new ProblemError(
+    0,
+    "file.too_large",
+    "The file is too large",
+    `It has ${size} MiB; the limit is 1 MiB.`,
+    hint,
+    [],
+  );
 }
 
 /** The service reads it; what it refuses changes nothing here. */
@@ -68,6 +84,7 @@ function typeName(plan: PlanDocument): string {
 /** The draft as a file, just as it is written. */
 export function savePlan(): void {
   saveFile(`${fileStem(draftView.value?.name ?? "plan")}.json`, draftText.value, "application/json");
+  markDraftSaved(draftText.value);
 }
 
 const SUFFIXES: Readonly<Record<TargetFormat, string>> = { qgc: "plan", geojson: "geojson", kml: "kml" };
@@ -99,7 +116,7 @@ const FORMAT_NAMES: Readonly<Record<ForeignFormat | TargetFormat, string>> = {
   kml: "KML",
 };
 
-/** What a text is if it is no plan of Waydrop's; null: it is opened as it is. */
+/** What a text is if it is of other software; null: it is a plan of Waydrop's, or no document at all. */
 export function foreignFormat(text: string): ForeignFormat | null {
   const start = text.replace(/^\uFEFF/, "").trimStart();
   if (start.startsWith("QGC WPL")) return "waypoints";
@@ -108,8 +125,23 @@ export function foreignFormat(text: string): ForeignFormat | null {
     const doc: unknown = JSON.parse(start);
     return typeof doc === "object" && doc !== null && "fileType" in doc ? "qgc" : null;
   } catch {
-    return null; // an incomplete plan is edited as text
+    return null;
   }
+}
+
+/** The text of a plan's file. Raises a problem if it is no JSON object: it would replace the draft and be no plan. */
+export function planFileText(text: string): string {
+  const content = text.replace(/^\uFEFF/, "");
+  const parsed = parsePlanText(content);
+  if (parsed !== null && "plan" in parsed) return content;
+  const hint = `Open a plan of Waydrop (JSON), a ${FORMAT_NAMES.qgc} or a ${FORMAT_NAMES.waypoints}.`;
+  throw new ProblemError(0, "file.not_a_plan", "The file is not a plan", whatItIs(content, parsed), hint, []);
+}
+
+function whatItIs(content: string, parsed: { readonly error: string } | null): string {
+  if (parsed === null) return "It is empty.";
+  if (content.trimStart().startsWith("<") && content.includes("<kml")) return "It is KML, which can only be exported.";
+  return /[\0\uFFFD]/.test(content) ? "It is not a text file." : parsed.error;
 }
 
 /** "Field 3.waypoints" -> "Field 3": the name of a plan whose file has none. */
