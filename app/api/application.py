@@ -111,11 +111,13 @@ def make_endpoint(
 
     async def answer(request: web.Request, principal: Principal, query: BaseModel, raw: bytes) -> web.StreamResponse:
         body = await asyncio.to_thread(route.body.parse, raw) if len(raw) > LARGE_BYTES else route.body.parse(raw)
-        call = Call(request, principal, query, body)
         if not route.idempotent:
-            return await route.handler(call)
+            return await route.handler(Call(request, principal, query, body))
         return await idempotency.answer(
-            request, principal, hashlib.sha256(raw).hexdigest(), lambda: route.handler(call)
+            request,
+            principal,
+            hashlib.sha256(raw).hexdigest(),
+            lambda keyed: route.handler(Call(request, principal, query, body, keyed)),
         )
 
     return endpoint

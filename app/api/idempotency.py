@@ -26,8 +26,35 @@ _KEPT_HEADERS: Final = ("Location", "ETag", "Content-Type")
 log = structlog.get_logger(__name__)
 
 
+class KeyedRequest:
+    """A request with an Idempotency-Key that is being carried out."""
+
+    def __init__(self, key: str, request_hash: str) -> None:
+        self._key = key
+        self._request_hash = request_hash
+        self.committed: StoredAnswer | None = None
+        """The answer that was to be stored in one commit with what the request creates."""
+
+    def answer(self, response: web.StreamResponse) -> StoredAnswer | None:
+        """What is kept of a response; None of one that is not replayed."""
+        if not isinstance(response, web.Response) or response.status >= 300 or not isinstance(response.body, bytes):
+            return None
+        headers = {name: response.headers[name] for name in _KEPT_HEADERS if name in response.headers}
+        return StoredAnswer(self._key, self._request_hash, response.status, headers, response.body)
+
+    def commit(self, response: web.Response) -> StoredAnswer:
+        """The answer to store in one commit with what the request creates: after a kill a repetition finds both."""
+        answer = self.answer(response)
+        if answer is None:
+            raise TypeError("the response tells of nothing that was created")
+        self.committed = answer
+        return answer
+
+
 class Idempotency:
     """Stores successful responses. Errors are not stored: nothing was created, so the client may retry.
+
+    What a handler creates through `Call.answered` is stored in one commit with the response.
 
     A key is scoped to one token and one path. A second request with the same key waits for the first. With `claims`,
     it is refused while the first is in progress on another node, or if the outcome of the first is unknown.
@@ -44,7 +71,7 @@ class Idempotency:
         request: web.Request,
         principal: Principal,
         request_hash: str,
-        make: Callable[[], Awaitable[web.StreamResponse]],
+        make: Callable[[KeyedRequest | None], Awaitable[web.StreamResponse]],
     ) -> web.StreamResponse:
         """Return the stored response of the key, or call `make` and store its response.
 
@@ -54,7 +81,7 @@ class Idempotency:
         """
         given = request.headers.getall(HEADER, [])
         if not given:
-            return await make()
+            return await make(None)
         if len(given) > 1 or not _KEY.match(given[0]):
             raise ApiError(
                 "idempotency.key_invalid",
@@ -76,14 +103,15 @@ class Idempotency:
                     )
             if stored is not None:
                 return _replay(stored, request_hash)
+            keyed = KeyedRequest(key, request_hash)
             try:
-                response = await make()
+                response = await make(keyed)
             except (NoReplyError, StorageError):  # it may have been carried out: the claim stays
                 raise
             except WaydropError:
                 await self._release(key)
                 raise
-            await self._keep(key, request_hash, response)
+            await self._keep(keyed, response)
             return response
 
     async def _claimed(self, key: str) -> bool:
@@ -98,16 +126,16 @@ class Idempotency:
             # the client gets the answer of the request; another one with this key is refused
             log.error("Idempotency-Key not released", error=error.detail)
 
-    async def _keep(self, key: str, request_hash: str, response: web.StreamResponse) -> None:
-        if not isinstance(response, web.Response) or response.status >= 300 or not isinstance(response.body, bytes):
+    async def _keep(self, keyed: KeyedRequest, response: web.StreamResponse) -> None:
+        answer, committed = keyed.answer(response), keyed.committed
+        if answer is None or answer == committed:
             return
-        headers = {name: response.headers[name] for name in _KEPT_HEADERS if name in response.headers}
-        answer = StoredAnswer(key, request_hash, response.status, headers, response.body)
         try:
-            await self._store.put(answer, now=self._clock.now())
+            await self._store.put(answer, now=self._clock.now(), replaces=committed is not None)
         except StorageError as error:
             # the request succeeded: an error now would make the client send it again
-            log.error("response not stored: a repeated request would be executed again", error=error.detail)
+            then = "is executed again" if committed is None else "gets the one stored with what it created"
+            log.error(f"response not stored: a repeated request {then}", error=error.detail)
 
 
 def _replay(stored: StoredAnswer, request_hash: str) -> web.Response:

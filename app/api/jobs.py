@@ -65,8 +65,8 @@ _ACCEPTED: Final = Answer(202, "The job. Poll Location or read the stream to fol
 )
 async def create_job(call: Call[NoQuery, JobRequest]) -> web.Response:
     """Create a job: queue a plan for one vehicle or any suitable one."""
-    job = await call.services.jobs.create(call.body, actor=call.principal.name)
-    return _accepted(job)
+    jobs, answer = call.services.jobs, call.answered(_accepted)
+    return _accepted(await jobs.create(call.body, actor=call.principal.name, answer=answer))
 
 
 @ROUTES.route(

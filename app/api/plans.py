@@ -29,7 +29,11 @@ ROUTES: Final = Routes("plans")
 )
 async def create_plan(call: Call[NoQuery, Plan]) -> web.Response:
     """Create a plan; rejects a plan with errors."""
-    view = await call.services.plans.create(call.body, actor=call.principal.name)
+    plans, answer = call.services.plans, call.answered(_created)
+    return _created(await plans.create(call.body, actor=call.principal.name, answer=answer))
+
+
+def _created(view: PlanView) -> web.Response:
     headers = {"Location": f"{API}/plans/{view.id}", "ETag": etag_of(view.hash)}
     return json_answer(view, status=201, headers=headers)
 

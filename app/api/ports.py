@@ -9,7 +9,7 @@ from app.domain.drop.consent import Answer
 from app.domain.jobs.job import Job
 from app.domain.ports.journal import RunReader
 from app.domain.ports.simulated_vehicles import Fault
-from app.domain.ports.stores import ALL_JOBS, JobFilter
+from app.domain.ports.stores import ALL_JOBS, AnswerTo, JobFilter
 from app.domain.prediction import CALM, Wind
 from app.domain.run.run import Run
 from app.domain.vehicle.link_security import Refused, Relayed
@@ -97,8 +97,17 @@ class RunsApi(RunReader, Protocol):
     async def open_and_recent(self, recent: int) -> Sequence[Run]:
         """All open runs and the newest ones, each once, newest first."""
 
-    async def create(self, plan: str, vehicle_id: str, *, start: bool, actor: str, wind: Wind = CALM) -> Run:
-        """Create a run and begin its upload."""
+    async def create(
+        self,
+        plan: str,
+        vehicle_id: str,
+        *,
+        start: bool,
+        actor: str,
+        wind: Wind = CALM,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
+        """Create a run and begin its upload. `answer`: stored in the same commit, if it is stored here."""
 
     async def start(self, run_id: str) -> Run:
         """Start an uploaded run."""
@@ -141,8 +150,8 @@ class ReroutingApi(Protocol):
 class JobsApi(Protocol):
     """The queue of jobs."""
 
-    async def create(self, request: JobRequest, actor: str) -> Job:
-        """A new job."""
+    async def create(self, request: JobRequest, actor: str, answer: AnswerTo[Job] | None = None) -> Job:
+        """A new job. `answer`: stored in the same commit, if it is stored here."""
 
     async def check(self, request: JobRequest) -> AssignmentView:
         """Which vehicle would get it now."""

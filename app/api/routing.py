@@ -10,8 +10,10 @@ from aiohttp import web
 from pydantic import BaseModel
 
 from app.api.bodies import NO_BODY, Body, BodyT, Empty, json_body
+from app.api.idempotency import KeyedRequest
 from app.api.services import SERVICES, ApiServices
 from app.domain.model import FrozenForm
+from app.domain.ports.stores import AnswerTo
 from app.services.access import Principal, Role
 
 API: Final = "/api/v1"
@@ -32,6 +34,7 @@ VEHICLE: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "veh
 """Problem codes of what is asked of a vehicle over its link."""
 
 QueryT = TypeVar("QueryT", bound=BaseModel)
+MadeT = TypeVar("MadeT")
 
 
 class NoQuery(FrozenForm):
@@ -52,12 +55,13 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Call(Generic[QueryT, BodyT]):
-    """A validated request: principal, query and body."""
+    """A validated request: principal, query and body. `keyed`: it has an Idempotency-Key."""
 
     request: web.Request
     principal: Principal
     query: QueryT
     body: BodyT
+    keyed: KeyedRequest | None = None
 
     def path_value(self, name: str) -> str:
         return self.request.match_info[name]
@@ -65,6 +69,11 @@ class Call(Generic[QueryT, BodyT]):
     @property
     def services(self) -> ApiServices:
         return self.request.app[SERVICES]
+
+    def answered(self, respond: Callable[[MadeT], web.Response]) -> AnswerTo[MadeT] | None:
+        """For the service that stores what is made: it stores the answer in the same commit. None without a key."""
+        keyed = self.keyed
+        return None if keyed is None else lambda made: keyed.commit(respond(made))
 
 
 AnyCall = Call[Any, Any]

@@ -126,7 +126,12 @@ async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
     asked = call.body
     wind = CALM if asked.wind is None else asked.wind.wind()
     run = await call.services.runs.create(
-        asked.plan, asked.vehicle, start=asked.start, actor=call.principal.name, wind=wind
+        asked.plan,
+        asked.vehicle,
+        start=asked.start,
+        actor=call.principal.name,
+        wind=wind,
+        answer=call.answered(accepted),
     )
     return accepted(run)
 

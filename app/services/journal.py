@@ -12,7 +12,7 @@ from app.domain.errors import EventsPrunedError, InvalidInputError, StorageError
 from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.service import JournalPruned
 from app.domain.ports.journal import EventReader
-from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
+from app.domain.ports.stores import EventStore, JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
 from app.services.clock import Clock
 
@@ -148,6 +148,7 @@ class _Call:
     runs: Sequence[Run]
     plans: Sequence[StoredPlan]
     jobs: Sequence[JobRecord]
+    answers: Sequence[StoredAnswer]
     stored: asyncio.Future[Sequence[Event]]
 
 
@@ -223,9 +224,10 @@ class Journal:
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
-        """Store events with the runs, plans and jobs that they concern, send them to subscribers, and return them
-        numbered.
+        """Store events with the runs, plans and jobs that they concern, and the answers to the requests for them. Send
+        the events to subscribers, and return them numbered.
 
         Events of one call have consecutive numbers and are stored together or not at all. If the caller is cancelled
         meanwhile, they may still be stored.
@@ -238,7 +240,7 @@ class Journal:
         if self._closed:  # looked at only now: the writer may have died while the queue was full
             self._slots.release()
             raise StorageError("the journal is closed", hint="the service is starting or stopping")
-        call = _Call(events, runs, plans, jobs, asyncio.get_running_loop().create_future())
+        call = _Call(events, runs, plans, jobs, answers, asyncio.get_running_loop().create_future())
         self._waiting.append(call)
         self._filled.set()
         return await call.stored
@@ -298,8 +300,9 @@ class Journal:
         runs = [run for call in batch for run in call.runs]
         plans = [plan for call in batch for plan in call.plans]
         jobs = [job for call in batch for job in call.jobs]
+        answers = [answer for call in batch for answer in call.answers]
         try:
-            stored = await self._store.append(events, runs, plans, jobs)
+            stored = await self._store.append(events, runs, plans, jobs, answers)
         except WaydropError as error:
             self._healthy = not isinstance(error, StorageError)
             if len(batch) == 1:

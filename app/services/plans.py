@@ -15,7 +15,7 @@ from app.domain.events.service import PlanCreated
 from app.domain.model import Frozen
 from app.domain.plan import Plan, PlanInvalid, parse_plan
 from app.domain.ports.journal import EventJournal
-from app.domain.ports.stores import PlanStore, StoredPlan
+from app.domain.ports.stores import AnswerTo, PlanStore, StoredPlan
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import Finding, Severity
 from app.domain.vehicle.state import VehicleProfile, VehicleType
@@ -136,16 +136,19 @@ class Plans:
         """The PlanCheck of the output of a JSON reader, which need not be a plan, as JSON."""
         return await self.work.run(document, check_as_json, document, facts, wind)
 
-    async def create(self, plan: Plan, actor: str) -> PlanView:
-        """Store a plan that has no errors; the same document twice makes two plans with one hash.
+    async def create(self, plan: Plan, actor: str, answer: AnswerTo[PlanView] | None = None) -> PlanView:
+        """Store a plan that has no errors; the same document twice makes two plans with one hash. `answer`: stored in
+        the same commit.
 
         Raises:
             PlanRejectedError: a rule found an error; `extra["findings"]` has all findings.
             StorageError: it is not stored, or was stored and could not be announced.
         """
         new = await self.checked(plan, actor)
-        await self._journal.record(new.created, plans=(new.stored,))
-        return self._keep(_view(new.stored, new.check))
+        view = _view(new.stored, new.check)
+        answers = () if answer is None else (answer(view),)
+        await self._journal.record(new.created, plans=(new.stored,), answers=answers)
+        return self._keep(view)
 
     async def checked(self, plan: Plan, actor: str) -> NewPlan:
         """A plan that has no errors, to be stored by whoever needs it: an order that is refused leaves none behind.

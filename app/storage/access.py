@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sqlite3
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, Final
@@ -10,6 +11,7 @@ from typing import Any, Final
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 
+from app.domain.events import NewEvent
 from app.domain.ports.stores import StoredAnswer, StoredToken
 from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
 from app.storage.database import Database, TableAccess, from_json, object_from_json, to_json
@@ -66,6 +68,10 @@ def _stored_token(row: sa.RowMapping) -> StoredToken:
 
 
 KEPT_FOR_S: Final = 24 * 3600.0
+PUT_ANSWER: Final = (
+    "INSERT INTO answers (key, request_hash, status, headers, body, stored_at) "
+    "VALUES (:key, :request_hash, :status, :headers, :body, :stored_at) ON CONFLICT (key) DO NOTHING"
+)
 
 
 class SqliteAnswerStore:
@@ -78,15 +84,23 @@ class SqliteAnswerStore:
         rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
         return stored_answer(rows[0]) if rows else None
 
-    async def put(self, answer: StoredAnswer, *, now: float) -> None:
-        """See AnswerStore. The first answer of a key is kept: a replay must always return the same."""
-
+    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
         def replace_old(connection: sa.Connection) -> None:
             connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
             row = answer_row(answer, now)
+            if replaces:
+                connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.key == answer.key))
             connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)
 
         await self._database.write(replace_old)
+
+
+def insert_answers(connection: sqlite3.Connection, answers: Sequence[StoredAnswer], events: Sequence[NewEvent]) -> None:
+    """Store answers in the transaction of the events that they tell of. The first one of a key is kept."""
+    if answers:
+        now = events[-1].time
+        connection.execute("DELETE FROM answers WHERE stored_at < ?", (now - KEPT_FOR_S,))
+        connection.executemany(PUT_ANSWER, [answer_row(answer, now) for answer in answers])
 
 
 def answer_row(answer: StoredAnswer, stored_at: float) -> dict[str, Any]:

@@ -17,8 +17,9 @@ from app.domain.errors import InvalidInputError, StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead, event_hash
 from app.domain.events.service import JournalPruned
-from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
+from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
+from app.storage.access import insert_answers
 from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import INSERT_PLAN, plan_row, upsert_jobs, upsert_runs
 from app.storage.relay import RecentCommits
@@ -55,6 +56,7 @@ class SqliteEventStore:
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventStore. If it raises, nothing of the call is stored.
 
@@ -74,6 +76,7 @@ class SqliteEventStore:
             connection.executemany(INSERT_PLAN, plan_rows)
             upsert_runs(connection, runs)
             upsert_jobs(connection, jobs)
+            insert_answers(connection, answers, events)
             return links, tuple(
                 [
                     event.numbered(row["seq"], self._gateway_id, row["hash"])

@@ -25,7 +25,7 @@ from app.api import ApiServices, ApiSettings, build_app
 from app.domain.errors import NotFoundError
 from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
-from app.domain.ports.stores import JobRecord, StoredPlan
+from app.domain.ports.stores import JobRecord, StoredAnswer, StoredPlan
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.run.run import Run
 from app.domain.vehicle.link_security import Refused, Relayed
@@ -73,6 +73,7 @@ class ListStore:
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventStore."""
         stored = numbered(events, len(self.events) + 1)

@@ -19,7 +19,7 @@ from typing import Final
 
 from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
-from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
+from app.domain.ports.stores import EventStore, JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
 from app.services.clock import SystemClock
 from app.services.journal import EventSubscription, Journal
@@ -44,10 +44,11 @@ class CountingStore:
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventStore."""
         self.commits.append(len(events))
-        return await self._store.append(events, runs, plans, jobs)
+        return await self._store.append(events, runs, plans, jobs, answers)
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventStore."""

@@ -24,6 +24,7 @@ class BrokenDisk:
         runs: Sequence[object] = (),
         plans: Sequence[object] = (),
         jobs: Sequence[object] = (),
+        answers: Sequence[object] = (),
     ) -> Sequence[Event]:
         raise StorageError("no space left on the disk")
 
@@ -42,7 +43,7 @@ class BrokenDisk:
     async def get(self, key: str) -> StoredAnswer | None:
         return None
 
-    async def put(self, answer: StoredAnswer, *, now: float) -> None:
+    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
         raise StorageError("no space left on the disk")
 
 

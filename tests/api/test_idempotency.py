@@ -14,7 +14,7 @@ from app.api import ApiServices
 from app.domain.cluster.errors import GatewayUnreachableError, NoReplyError
 from app.domain.errors import StorageError, WaydropError
 from app.domain.plan import Plan
-from app.domain.ports.stores import ClaimStore
+from app.domain.ports.stores import AnswerTo, ClaimStore
 from app.services.access import Role
 from app.services.plans import Plans, PlanView
 from tests.api.broken_parts import without_answers
@@ -27,6 +27,12 @@ async def plans_stored(service: Service) -> int:
     """How many plans there are."""
     _, _, listed = await service.call("GET", "/api/v1/plans?limit=500")
     return len(listed["plans"])
+
+
+async def created(service: Service, path: str) -> int:
+    """How many plans, runs or jobs there are."""
+    _, _, listed = await service.call("GET", f"{path}?limit=500")
+    return len(listed[path.rpartition("/")[2]])
 
 
 async def test_a_repetition_gets_the_first_answer_and_nothing_is_done_twice(
@@ -95,13 +101,53 @@ async def test_an_answer_outlives_a_restart(tmp_path: Path, plan: dict[str, Any]
 
 
 async def test_what_was_done_is_said_even_if_the_answer_cannot_be_kept(tmp_path: Path, plan: dict[str, Any]) -> None:
-    """Else the client would do it again at once. Of a repetition nothing is known, and that is said too."""
+    """Else the client would do it again at once. The answer that was stored with the plan is there for a repetition."""
     async with run_service(tmp_path, change=without_answers) as service:
         status, _, _ = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
         assert status == 201
-        status, _, _ = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
-        assert status == 201, "a repetition is done again"
-        assert await plans_stored(service) == 2
+    async with run_service(tmp_path) as service:
+        status, headers, _ = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+        assert (status, headers["Idempotency-Replayed"]) == (201, "true")
+        assert await plans_stored(service) == 1
+
+
+@pytest.mark.parametrize(
+    ("path", "other"),
+    [("/api/v1/plans", {"name": "Other"}), ("/api/v1/runs", {"start": True}), ("/api/v1/jobs", {"priority": 1})],
+)
+async def test_what_was_created_before_a_kill_is_not_created_again(
+    tmp_path: Path, plan: dict[str, Any], path: str, other: dict[str, Any]
+) -> None:
+    """Killed when it is stored, before the answer was kept and sent."""
+    async with run_service(tmp_path, change=without_answers) as service:
+        _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+        flown = {"plan": made["id"], "vehicle": service.v1}
+        body = plan if path.endswith("plans") else flown
+        status, _, first = await service.call("POST", path, json=body, headers=KEY)
+        assert status in (201, 202)
+        if path.endswith("runs"):  # so that its vehicle is free for another one
+            await service.call("POST", f"{path}/{first['id']}/abort")
+    async with run_service(tmp_path) as service:
+        before = await created(service, path)
+        _, headers, again = await service.call("POST", path, json=body, headers=KEY)
+        assert (again["id"], headers.get("Idempotency-Replayed")) == (first["id"], "true")
+        assert headers["Location"] == f"{path}/{first['id']}"
+        status, _, problem = await service.call("POST", path, json={**body, **other}, headers=KEY)
+        assert (status, problem["code"]) == (422, "idempotency.key_reused")
+        assert await created(service, path) == before
+
+
+async def test_a_job_is_answered_before_its_silent_vehicle(tmp_path: Path, plan: dict[str, Any]) -> None:
+    async with run_service(tmp_path) as service:
+        service.links[0].facts_gate.clear()
+        _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+        body = {"plan": made["id"], "vehicle": service.v1}
+        began_s = asyncio.get_running_loop().time()
+        status, _, job = await service.call("POST", "/api/v1/jobs", json=body, headers=KEY)
+        assert (status, job["candidates"][0]["refusals"][0]["code"]) == (202, "vehicle.silent")
+        assert asyncio.get_running_loop().time() - began_s < 2.0
+        _, _, again = await service.call("POST", "/api/v1/jobs", json=body, headers=KEY)
+        assert again == job
 
 
 async def test_one_clients_key_is_not_anothers(service: Service, plan: dict[str, Any]) -> None:
@@ -139,12 +185,12 @@ class FailingPlans(Plans):
     error: WaydropError | None = None
     begun = 0
 
-    async def create(self, plan: Plan, actor: str) -> PlanView:
+    async def create(self, plan: Plan, actor: str, answer: AnswerTo[PlanView] | None = None) -> PlanView:
         self.begun += 1
         error, self.error = self.error, None
         if error is not None:
             raise error
-        return await super().create(plan, actor)
+        return await super().create(plan, actor, answer)
 
 
 def clustered(claims: ClaimStore, plans: FailingPlans) -> Callable[[ApiServices], ApiServices]:

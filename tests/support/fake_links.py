@@ -74,6 +74,8 @@ class FakeLink:
         self.uploads = 0
         self.upload_gate = asyncio.Event()
         self.upload_gate.set()
+        self.facts_gate = asyncio.Event()
+        self.facts_gate.set()
 
     def state(self) -> VehicleState:
         return self._state
@@ -112,6 +114,7 @@ class FakeLink:
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
         self._refuse()
+        await self.facts_gate.wait()
         if self.facts is not None:
             return self.facts
         firmware, uid = self.identity.firmware, self.identity.uid

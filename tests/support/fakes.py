@@ -10,7 +10,7 @@ from app.domain.events import Event, EventKind, NewEvent
 from app.domain.events.service import JournalPruned
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
-from app.domain.ports.stores import JobRecord, StoredPlan
+from app.domain.ports.stores import JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
 
 
@@ -61,6 +61,7 @@ class MemoryEventStore:
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventStore. Fails with the next of `failures`, or as `refuse` says of any event."""
         await self._pass_time()

@@ -13,7 +13,7 @@ from app.domain.cluster.ports import Answering, Hearing, LeftRun
 from app.domain.errors import NotFoundError, StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
-from app.domain.ports.stores import JobRecord, StoredPlan
+from app.domain.ports.stores import JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
 from tests.support.fakes import MemoryEventStore
 
@@ -184,9 +184,10 @@ class MemoryClusterEvents(MemoryEventStore):
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventStore."""
-        stored = await super().append(events, runs, plans, jobs)
+        stored = await super().append(events, runs, plans, jobs, answers)
         async with self._changed:
             self._changed.notify_all()
         return stored

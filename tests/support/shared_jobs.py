@@ -15,7 +15,7 @@ from app.domain.events import Event, NewEvent
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.plan import parse_plan
-from app.domain.ports.stores import JobFilter, JobRecord, StoredPlan
+from app.domain.ports.stores import JobFilter, JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
 from app.services.jobs.views import JobRequest, JobSettings
 from app.services.journal import Journal
@@ -97,13 +97,14 @@ class OwnEvents(MemoryEventStore):
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventStore."""
         for job in jobs:
             known = self.jobs.get(job.id) if isinstance(job, Job) else None
             if known is not None and (job.fence <= known.fence or known.state not in CHANGED_HERE):
                 raise ConflictError(f"job {job.id} was changed by another node meanwhile")
-        return await super().append(events, runs, plans, jobs)
+        return await super().append(events, runs, plans, jobs, answers)
 
 
 class MemorySharedJobs:

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.service import JournalPruned
-from app.domain.ports.stores import ALL_RUNS, JobRecord, RunFilter, StoredPlan
+from app.domain.ports.stores import ALL_RUNS, JobRecord, RunFilter, StoredAnswer, StoredPlan
 from app.domain.run.run import Run, RunState
 
 
@@ -63,8 +63,9 @@ class EventJournal(EventReader, Protocol):
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
-        """Store events with their runs, plans and jobs, together or not at all. Raises StorageError."""
+        """Store events with their runs, plans, jobs and answers, together or not at all. Raises StorageError."""
 
 
 class AuditedJournal(EventJournal, Protocol):

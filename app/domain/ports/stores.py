@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, TypeVar
 
 from app.domain.events import Event, NewEvent
 from app.domain.events.service import JournalPruned, PrunedChain
@@ -13,6 +13,8 @@ from app.domain.jobs.queue import VehicleQueue
 from app.domain.run.attachment import Attachment
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleType
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +106,21 @@ class JobStore(Protocol):
         """The queues of which anything was ever recorded, by vehicle."""
 
 
+@dataclass(frozen=True, slots=True)
+class StoredAnswer:
+    """The answer to a request with an Idempotency-Key, replayed for the same key and the same request."""
+
+    key: str
+    request_hash: str
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+
+AnswerTo = Callable[[T], StoredAnswer]
+"""The answer to a request that creates something, made of what was created and stored in the same commit."""
+
+
 class EventStore(Protocol):
     """The journal on disk. One writer."""
 
@@ -113,8 +130,11 @@ class EventStore(Protocol):
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
-        """Number and store events, the runs and jobs they changed, the plans they announce. Raises StorageError."""
+        """Number and store events, the runs and jobs they changed, the plans they announce, and the answers to the
+        requests for that. Raises StorageError.
+        """
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with seq > after, in order, at most `limit`."""
@@ -243,17 +263,6 @@ class TokenStore(Protocol):
         """Store that it was used."""
 
 
-@dataclass(frozen=True, slots=True)
-class StoredAnswer:
-    """The answer to a request with an Idempotency-Key, replayed for the same key and the same request."""
-
-    key: str
-    request_hash: str
-    status: int
-    headers: dict[str, str]
-    body: bytes
-
-
 class ClaimStore(Protocol):
     """Requests with an Idempotency-Key that were begun, on any API node of a cluster; dropped after a day."""
 
@@ -270,5 +279,5 @@ class AnswerStore(Protocol):
     async def get(self, key: str) -> StoredAnswer | None:
         """The stored answer."""
 
-    async def put(self, answer: StoredAnswer, *, now: float) -> None:
-        """Store an answer."""
+    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
+        """Store an answer. The first one of a key is kept, unless this one replaces it. Raises StorageError."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
 from app.domain.jobs.job import Job, JobState
 from app.domain.plan import Plan, parse_data
-from app.domain.ports.stores import JobStore
+from app.domain.ports.stores import AnswerTo, JobStore
 from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.jobs.repository import JobRepository
@@ -26,8 +26,8 @@ class JobChanges:
         self._plans = plans
         self._clock = clock
 
-    async def create(self, request: JobRequest, actor: str) -> Job:
-        """A new job in the queue; a plan that comes with it is stored first.
+    async def create(self, request: JobRequest, actor: str, answer: AnswerTo[Job] | None = None) -> Job:
+        """A new job in the queue; a plan that comes with it is stored first. `answer`: stored in the job's commit.
 
         Raises:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
@@ -63,7 +63,7 @@ class JobChanges:
                 updated_at=now,
             )
 
-        return await self._repository.add(make, actor)
+        return await self._repository.add(make, actor, answer)
 
     async def cancel(self, job_id: str, actor: str, check: Callable[[Job], None] = lambda job: None) -> Job:
         """End a job that does not fly; a run that waits on its vehicle is taken off, and the job ends with it.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
+from typing import Final
 
-from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError
+from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError, WaydropError
 from app.domain.jobs.assignment import VehicleReadiness, chosen_of, hopeless, why_not_ready
 from app.domain.jobs.job import TAKEN_WITHIN_S, Job, JobState
 from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.ports.journal import EventJournal
-from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore
+from app.domain.ports.stores import ALL_JOBS, AnswerTo, JobFilter, JobStore
 from app.domain.prediction import CALM
 from app.domain.reasons import Reason, ReasonCode
 from app.services.background import begin_task, end_tasks
@@ -25,6 +26,9 @@ from app.services.jobs.time_slice import TimeSlice
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobSettings, JobUpdate, VehicleQueueView
 from app.services.plans import Plans
 from app.services.runs import Runs
+
+SHOWN_WITHIN_S: Final = 0.2
+"""So long the answer for a new job waits for vehicles to report their facts."""
 
 
 class Jobs:
@@ -65,17 +69,21 @@ class Jobs:
         await end_tasks(self._task)
         await self._assessment.close()
 
-    async def create(self, request: JobRequest, actor: str) -> Job:
-        """A new job in the queue, with its candidates as they are now; a plan that comes with it is stored first.
+    async def create(self, request: JobRequest, actor: str, answer: AnswerTo[Job] | None = None) -> Job:
+        """A new job in the queue, with its candidates if they are known soon; a plan that comes with it is stored
+        first. `answer`: stored in the job's commit.
 
         Raises:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
         self._refuse_unseen(request)
-        job = await self._changes.create(request, actor)
-        shown = await self._with_candidates(job)
-        self._scheduler.wake()
-        return shown
+        job = await self._changes.create(request, actor, answer)
+        try:
+            return await self._with_candidates(job, SHOWN_WITHIN_S)
+        except WaydropError:
+            return job  # it is stored, whatever its vehicles say
+        finally:
+            self._scheduler.wake()
 
     async def check(self, request: JobRequest, facts_s: float | None = None) -> AssignmentView:
         """Which vehicle would get it now; nothing is stored. `facts_s`: see JobSettings.
@@ -196,10 +204,10 @@ class Jobs:
         self._scheduler.wake()
         return self._vehicle_view(self._availability.one(vehicle_id))
 
-    async def _with_candidates(self, job: Job) -> Job:
+    async def _with_candidates(self, job: Job, facts_s: float | None = None) -> Job:
         if job.state is not JobState.QUEUED:
             return job
-        candidates = await self._scheduler.candidates(job)
+        candidates = await self._scheduler.candidates(job, facts_s)
         return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
 
     def _vehicle_view(self, vehicle: VehicleReadiness, queue: JobQueue | None = None) -> VehicleQueueView:

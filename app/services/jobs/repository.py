@@ -14,7 +14,7 @@ from app.domain.events.service import JobChanged, JobQueueChanged
 from app.domain.jobs.job import Job, change_word
 from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.ports.journal import EventJournal
-from app.domain.ports.stores import JobFilter, JobRecord, JobStore
+from app.domain.ports.stores import AnswerTo, JobFilter, JobRecord, JobStore
 from app.services.clock import Clock
 
 MOST_OPEN = 10_000
@@ -49,12 +49,15 @@ class JobRepository:
     def vehicle(self, vehicle_id: str) -> VehicleQueue:
         return self._vehicles.get(vehicle_id) or VehicleQueue(vehicle_id=vehicle_id)
 
-    async def add(self, make: Callable[[float], Job], actor: str) -> Job:
-        """A new job; `make` gets its rank. Raises JobQueueFullError, StorageError."""
+    async def add(self, make: Callable[[float], Job], actor: str, answer: AnswerTo[Job] | None = None) -> Job:
+        """A new job; `make` gets its rank. `answer`: stored in the same commit. Raises JobQueueFullError,
+        StorageError.
+        """
         async with self._turn:
             job = self._fenced(make(self.queue.last_rank()))
             queue = self.queue.added(job)
-            await self._journal.record(self._job_event(None, job, actor), jobs=(job,))
+            answers = () if answer is None else (answer(job),)
+            await self._journal.record(self._job_event(None, job, actor), jobs=(job,), answers=answers)
             self.queue = queue
             return job
 

@@ -99,10 +99,12 @@ class JobScheduler:
         else:
             await self._follower.follow(job)
 
-    async def candidates(self, job: Job) -> tuple[Candidate, ...]:
-        """What speaks for and against each vehicle now. Raises NotFoundError, PlanInvalid, StorageError."""
-        plan = await self._plans.plan(job.plan_id)
-        return await self._assessment.candidates(plan, job.selector, await self._availability.all(), job.wind or CALM)
+    async def candidates(self, job: Job, facts_s: float | None = None) -> tuple[Candidate, ...]:
+        """What speaks for and against each vehicle now; `facts_s` as Assessment.candidates. Raises NotFoundError,
+        PlanInvalid, StorageError.
+        """
+        plan, vehicles = await self._plans.plan(job.plan_id), await self._availability.all()
+        return await self._assessment.candidates(plan, job.selector, vehicles, job.wind or CALM, facts_s)
 
     def _may_be_tried(self, job: Job) -> bool:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()

@@ -12,7 +12,7 @@ from app.domain.errors import JobWrongStateError, NotFoundError, WaydropError
 from app.domain.jobs.assignment import chosen_of, hopeless
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import JobQueue
-from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore, StoredPlan
+from app.domain.ports.stores import ALL_JOBS, AnswerTo, JobFilter, JobStore, StoredPlan
 from app.services.clock import Clock
 from app.services.jobs.changes import refuse_past
 from app.services.jobs.repository import MOST_OPEN
@@ -56,7 +56,8 @@ class RemoteJobs:
         self._caller = caller
         self._candidates = SiteCandidates(fleet, gateways)
 
-    async def create(self, request: JobRequest, actor: str) -> Job:
+    async def create(self, request: JobRequest, actor: str, answer: AnswerTo[Job] | None = None) -> Job:
+        """See JobsApi. Who stores the job gets no answer: the claim of its key is stored."""
         sites = self._candidates.sites_for(request)
         if len(sites) > 1:
             made = await self._call_shared("create_job", request=request, actor=actor)

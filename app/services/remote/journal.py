@@ -13,7 +13,7 @@ from app.domain.cluster.ports import ClusterChanges
 from app.domain.errors import StorageError
 from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.service import JournalPruned
-from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
+from app.domain.ports.stores import EventStore, JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
 from app.services.background import begin_task, end_tasks
 from app.services.clock import Clock
@@ -69,9 +69,10 @@ class ClusterJournal:
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventJournal. Returns after the events were fanned out here."""
-        stored = await self._store.append(events, runs, plans, jobs)
+        stored = await self._store.append(events, runs, plans, jobs, answers)
         if stored:
             await self.reached(stored[-1].gateway, stored[-1].seq)
         return stored

@@ -9,7 +9,7 @@ from typing import Any
 from app.domain.cluster.envelope import site_of
 from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError
-from app.domain.ports.stores import ALL_RUNS, RunFilter, RunStore
+from app.domain.ports.stores import ALL_RUNS, AnswerTo, RunFilter, RunStore
 from app.domain.prediction import CALM, Wind
 from app.domain.run.run import Run, RunState
 from app.services.plans import KnownPlans
@@ -60,8 +60,17 @@ class RemoteRuns:
                 self._shown = sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
             return self._shown
 
-    async def create(self, plan: str, vehicle_id: str, *, start: bool, actor: str, wind: Wind = CALM) -> Run:
-        """See RunsApi. The gateway gets the plan with the order."""
+    async def create(
+        self,
+        plan: str,
+        vehicle_id: str,
+        *,
+        start: bool,
+        actor: str,
+        wind: Wind = CALM,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
+        """See RunsApi. The gateway gets the plan with the order, and no answer: the claim of its key is stored."""
         self._fleet.view(vehicle_id)
         stored = await self._plans.stored(plan)
         run: Run = await self._gateways.call(

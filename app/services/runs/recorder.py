@@ -18,7 +18,7 @@ from app.domain.flight.inputs import FlightEffect, FlightInput
 from app.domain.flight.recording import Line, Recorder, as_text, began
 from app.domain.flight.segment import drop_records
 from app.domain.mission import Mission, mission_hash
-from app.domain.ports.stores import FlightLog
+from app.domain.ports.stores import FlightLog, StoredAnswer
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import Wind
 from app.domain.run.run import Run
@@ -170,12 +170,13 @@ class RunRecorder:
         """The run is not to fly this plan after all: if it still waits, it is not stored."""
         self._plans = [plan for plan in self._plans if plan.stored.id != plan_id]
 
-    async def flush(self, continues: Run | None = None) -> Run:
+    async def flush(self, continues: Run | None = None, answer: StoredAnswer | None = None) -> Run:
         """Store what waits. Raises StorageError; then everything waits on.
 
         `continues` is the run, over, whose rest this one flies: stored in the same step, so that no other ever does.
+        So is the `answer` to the request for this run.
         """
-        return await _to_its_end(self._store(continues))
+        return await _to_its_end(self._store(continues, () if answer is None else (answer,)))
 
     async def flush_or_wait(self) -> None:
         """As `flush`, but if the disk fails, which the journal logs, everything waits for the next flush."""
@@ -195,7 +196,7 @@ class RunRecorder:
         if error is not None and not isinstance(error, StorageError):
             raise error
 
-    async def _store(self, continues: Run | None) -> Run:
+    async def _store(self, continues: Run | None = None, answers: Sequence[StoredAnswer] = ()) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
             if self._waiting or self._left_out or self._plans:
                 plans = tuple(self._plans)
@@ -205,7 +206,8 @@ class RunRecorder:
                 continued = [self._event(RunContinued(old), old.id) for old in others]
                 created = [plan.created for plan in plans]
                 new_plans = [plan.stored for plan in plans]
-                await self._journal.record(*created, *continued, *events, *anew, runs=(*others, run), plans=new_plans)
+                told = (*created, *continued, *events, *anew)
+                await self._journal.record(*told, runs=(*others, run), plans=new_plans, answers=answers)
                 del self._waiting[: len(events)]
                 self._plans = [plan for plan in self._plans if plan not in plans]  # some may be withdrawn meanwhile
                 self._left_out -= left_out

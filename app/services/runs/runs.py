@@ -12,7 +12,7 @@ import structlog
 from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError, RunNotFollowedError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted, RunTakenOver
-from app.domain.ports.stores import ALL_RUNS, FlightLog, RunFilter, RunStore
+from app.domain.ports.stores import ALL_RUNS, AnswerTo, FlightLog, RunFilter, RunStore
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Wind
 from app.domain.run.remaining_mission import refuse_continued
@@ -83,10 +83,11 @@ class Runs:
         wind: Wind = CALM,
         run_id: str | None = None,
         continues: str | None = None,
+        answer: AnswerTo[Run] | None = None,
     ) -> Run:
         """A new run, on its way to the vehicle. Check and prediction reckon with the wind. `plan`: the id of a stored
         one, or a new one, which is stored with the run. `run_id`: a new id that the caller has stored before.
-        `continues`: the run whose rest the plan is, once.
+        `continues`: the run whose rest the plan is, once. `answer`: stored in the commit that creates the run.
 
         Raises:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
@@ -96,7 +97,7 @@ class Runs:
         run_id = run_id or new_run_id()
         vehicle.own(run_id)  # before the first await: a second request meets a busy vehicle
         try:
-            return await self._create(run_id, plan, link, vehicle, wind, continues, start=start, actor=actor)
+            return await self._create(run_id, plan, link, vehicle, wind, continues, answer, start=start, actor=actor)
         except BaseException:
             vehicle.release(run_id)
             raise
@@ -249,6 +250,7 @@ class Runs:
         vehicle: FleetVehicle,
         wind: Wind,
         continues: str | None,
+        answer: AnswerTo[Run] | None,
         *,
         start: bool,
         actor: str,
@@ -266,7 +268,7 @@ class Runs:
         made.recorder.record(RunCreated(run))
         made.recorder.record(RunPredicted(timeline))
         made.flight.begin()
-        await made.recorder.flush(continues=old)
+        await made.recorder.flush(continues=old, answer=None if answer is None else answer(run))
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())
         return run

@@ -15,14 +15,10 @@ from app.domain.run.attachment import Attachment
 from app.storage.access import KEPT_FOR_S, answer_row, stored_answer
 from app.storage.database import from_json
 from app.storage.postgres.database import PostgresDatabase
-from app.storage.postgres.events import CLUSTER_EVENTS
+from app.storage.postgres.events import CLUSTER_EVENTS, PUT_ANSWER
 from app.storage.schema import ANSWERS
 
 ATTACHMENTS = sa.table("attachments", sa.column("sha256", sa.Text), sa.column("content", sa.LargeBinary))
-_PUT_ANSWER = sa.text(
-    "INSERT INTO answers (key, request_hash, status, headers, body, stored_at) "
-    "VALUES (:key, :request_hash, :status, :headers, :body, :stored_at) ON CONFLICT (key) DO NOTHING"
-)
 CLAIMS = sa.table("claims", sa.column("key", sa.Text), sa.column("claimed_at", sa.Double))
 _CLAIM = sa.text("INSERT INTO claims (key, claimed_at) VALUES (:key, :claimed_at) ON CONFLICT (key) DO NOTHING")
 _PUT_FILE = sa.text(
@@ -43,10 +39,12 @@ class PostgresAnswerStore:
         rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
         return stored_answer(rows[0]) if rows else None
 
-    async def put(self, answer: StoredAnswer, *, now: float) -> None:
+    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
         async def replace_old(connection: AsyncConnection) -> None:
             await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
-            await connection.execute(_PUT_ANSWER, answer_row(answer, now))
+            if replaces:
+                await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.key == answer.key))
+            await connection.execute(PUT_ANSWER, answer_row(answer, now))
 
         await self._database.transact(replace_old)
 

@@ -16,8 +16,10 @@ from app.domain.cluster.envelope import Envelope, RelayedEvent
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
 from app.domain.events.service import JournalPruned
-from app.domain.ports.stores import JobRecord, StoredPlan
+from app.domain.ports.stores import JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
+from app.storage import access
+from app.storage.access import answer_row
 from app.storage.database import unreadable
 from app.storage.dispatch import plan_row
 from app.storage.events import chained, event_row
@@ -77,6 +79,8 @@ _SET_HEAD: Final = sa.text(
     "INSERT INTO gateways (id, site, seq, hash) VALUES (:id, :site, :seq, :hash) "
     "ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash"
 )
+PUT_ANSWER: Final = sa.text(access.PUT_ANSWER)
+
 _LAST_OFFBOARD: Final = (
     sa.select(CLUSTER_EVENTS)
     .where(
@@ -103,6 +107,7 @@ class ClusterEventStore:
         runs: Sequence[Run] = (),
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
+        answers: Sequence[StoredAnswer] = (),
     ) -> Sequence[Event]:
         """See EventStore. If it raises, nothing of the call is stored.
 
@@ -124,6 +129,8 @@ class ClusterEventStore:
                 await connection.execute(sa.insert(PLANS), plan_rows)
             as_of = head.seq + len(links)
             await store_own(connection, runs, jobs, as_of)
+            if answers:
+                await connection.execute(PUT_ANSWER, [answer_row(one, events[-1].time) for one in answers])
             if links:
                 last = {"id": self._stream_id, "site": "", "seq": as_of, "hash": links[-1]["hash"]}
                 await connection.execute(_SET_HEAD, last)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
+
+from app.domain.errors import StorageError
 from tests.contract.storage.conftest import Opener, Stores
-from tests.support.stored_samples import answer
+from tests.support.stored_samples import answer, event, plan
 
 DAY_S = 24 * 3600.0
 
@@ -29,6 +32,22 @@ async def test_the_first_answer_of_a_key_stands(stores: Stores) -> None:
     await stores.answers.put(answer(), now=1000.0)
     await stores.answers.put(answer(body=b"second"), now=1001.0)
     assert await stores.answers.get("key-1") == answer()
+
+
+async def test_an_answer_may_replace_the_one_that_was_stored_with_an_event(stores: Stores) -> None:
+    await stores.events.append([event()], answers=[answer()])
+    await stores.answers.put(answer(body=b"second"), now=1001.0)
+    assert await stores.answers.get("key-1") == answer()
+    await stores.answers.put(answer(body=b"third"), now=1002.0, replaces=True)
+    assert await stores.answers.get("key-1") == answer(body=b"third")
+
+
+async def test_an_answer_is_stored_with_its_events_or_not_at_all(stores: Stores) -> None:
+    await stores.events.append([event(1)], plans=[plan()], answers=[answer()])
+    with pytest.raises(StorageError):  # the id of the plan is taken
+        await stores.events.append([event(2)], plans=[plan()], answers=[answer("key-2")])
+    assert await stores.answers.get("key-1") == answer()
+    assert await stores.answers.get("key-2") is None
 
 
 async def test_answers_go_after_a_day(stores: Stores) -> None:
