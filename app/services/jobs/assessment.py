@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -60,6 +60,19 @@ class Assessment:
         self._facts_s = facts_s
         self._checked: OrderedDict[tuple[str, Wind, str], _Checked] = OrderedDict()
         self._asking: dict[str, asyncio.Task[VehicleProfile]] = {}
+        self._silent_since_s: dict[str, float] = {}
+        self._late: set[str] = set()
+        self._answered: Callable[[], None] = lambda: None
+
+    def on_late_answer(self, tell: Callable[[], None]) -> None:
+        """From now on `tell` is called once a vehicle reports its facts that did not do so in time."""
+        self._answered = tell
+
+    def is_awaited(self, candidate: Candidate) -> bool:
+        """Whether its facts alone are missing, and have been asked for no longer than it may take to report them."""
+        since_s = self._silent_since_s.get(candidate.vehicle_id)
+        is_silent = [refusal.code for refusal in candidate.refusals] == [VehicleRefusal.SILENT.value]
+        return is_silent and since_s is not None and _now_s() - since_s < self._facts_s
 
     async def close(self) -> None:
         """Ask no further. Idempotent."""
@@ -75,7 +88,8 @@ class Assessment:
     ) -> tuple[Candidate, ...]:
         """All vehicles of the fleet, and those that the selector names and that never connected; one may be chosen.
 
-        The rules use the wind. `facts_s`: a shorter time limit for vehicles to report their facts.
+        The rules use the wind. `facts_s`: a shorter time limit for vehicles to report their facts; one that was late
+        before is not waited for again.
         """
         key = (await asyncio.to_thread(plan_hash, plan), wind)
         seen = {vehicle.vehicle_id for vehicle in vehicles}
@@ -85,7 +99,7 @@ class Assessment:
                 for vehicle in vehicles
                 if selector.allows(vehicle.vehicle_id) and vehicle.state.connected
             ],
-            self._facts_s if facts_s is None else facts_s,
+            facts_s,
         )
         time_slice, found = TimeSlice(), []
         for vehicle in vehicles:
@@ -135,25 +149,43 @@ class Assessment:
         checked = await self._check(key, plan, vehicle_id, facts)
         return why_unfit(checked.findings, we_choose=we_choose, at_best=checked.at_best)
 
-    async def _ask(self, vehicle_ids: Sequence[str], within_s: float) -> Mapping[str, asyncio.Task[VehicleProfile]]:
+    async def _ask(
+        self, vehicle_ids: Sequence[str], facts_s: float | None
+    ) -> Mapping[str, asyncio.Task[VehicleProfile]]:
         """Ask these for their facts, a few in each turn of the loop, and wait for all of them together.
 
         One that has not answered in time is asked on.
         """
         time_slice, asked = TimeSlice(), dict[str, asyncio.Task[VehicleProfile]]()
         for vehicle_id in vehicle_ids:
-            if vehicle_id not in self._asking:
-                ask = self._fleet.facts(vehicle_id)
-                self._asking[vehicle_id] = asyncio.create_task(ask, name=f"facts {vehicle_id}")
-            asked[vehicle_id] = self._asking[vehicle_id]
+            asked[vehicle_id] = self._asking.get(vehicle_id) or self._begin_to_ask(vehicle_id)
             if len(asked) % ASKED_AT_ONCE == 0:
                 await time_slice.give()
-        if asked:
-            await asyncio.wait(asked.values(), timeout=within_s)
+        waited = [task for vehicle_id, task in asked.items() if facts_s is None or vehicle_id not in self._late]
+        if waited:
+            await asyncio.wait(waited, timeout=self._facts_s if facts_s is None else facts_s)
         for vehicle_id, task in asked.items():
-            if task.done() and self._asking.get(vehicle_id) is task:
+            if not task.done():
+                self._late.add(vehicle_id)
+            elif self._asking.get(vehicle_id) is task:
                 del self._asking[vehicle_id]
         return asked
+
+    def _begin_to_ask(self, vehicle_id: str) -> asyncio.Task[VehicleProfile]:
+        task = asyncio.create_task(self._fleet.facts(vehicle_id), name=f"facts {vehicle_id}")
+        self._asking[vehicle_id] = task
+        self._silent_since_s.setdefault(vehicle_id, _now_s())
+        task.add_done_callback(lambda done: self._take_answer(vehicle_id, done))
+        return task
+
+    def _take_answer(self, vehicle_id: str, task: asyncio.Task[VehicleProfile]) -> None:
+        was_late = vehicle_id in self._late
+        self._late.discard(vehicle_id)
+        if task.cancelled() or task.exception() is not None:
+            return
+        self._silent_since_s.pop(vehicle_id, None)
+        if was_late:
+            self._answered()
 
     async def _check(self, key: tuple[str, Wind], plan: Plan, vehicle_id: str, facts: VehicleProfile) -> _Checked:
         rate = facts.least_clock_rate  # measured anew each moment, and only this of it matters to the rules
@@ -167,6 +199,10 @@ class Assessment:
             if len(self._checked) > KEPT:
                 self._checked.popitem(last=False)
         return known
+
+
+def _now_s() -> float:
+    return asyncio.get_running_loop().time()
 
 
 def _unseen(vehicle_id: str) -> Candidate:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import Awaitable, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import structlog
@@ -14,6 +15,7 @@ from app.domain.jobs.assignment import chosen_of, why_not_ready
 from app.domain.jobs.job import Candidate, Job, JobState, VehicleSelector
 from app.domain.prediction import CALM, Wind
 from app.domain.reasons import Reason, ReasonCode
+from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.availability import VehicleAvailability
@@ -28,6 +30,27 @@ from app.services.runs.recorder import new_run_id
 log = structlog.get_logger(__name__)
 SEEN_FOR_S: Final = 0.5
 """How long a pass uses its snapshot of the vehicles."""
+FACTS_S: Final = 0.1
+"""So long a pass waits for the facts of a vehicle. Those that the link has come at once; others wake the scheduler."""
+FOLLOWED_S: Final = 0.1
+"""So long a pass waits for one job that is followed. A start may wait for its vehicle, and the others do not."""
+
+_Alike = tuple[str, Wind | None, VehicleSelector]
+"""What jobs have in common that the same vehicles can take."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Tried:
+    """What a pass has tried so far. `in_vain`: jobs that no vehicle could take yet, and those like them. `kept`:
+    vehicles for a job that waits a moment for the facts of another one that may suit it better.
+    """
+
+    in_vain: set[_Alike] = field(default_factory=set)
+    kept: set[str] = field(default_factory=set)
+
+
+def _alike(job: Job) -> _Alike:
+    return job.plan_id, job.wind, job.selector
 
 
 class JobScheduler:
@@ -54,6 +77,8 @@ class JobScheduler:
         self._woken = asyncio.Event()
         self._not_before_s: dict[str, float] = {}
         self._unmade: set[str] = set()
+        self._following: dict[str, asyncio.Task[None]] = {}
+        assessment.on_late_answer(self.wake)
 
     def wake(self) -> None:
         """Wake the scheduler: something changed."""
@@ -69,18 +94,23 @@ class JobScheduler:
         """Poll until cancelled."""
         for job in self._repository.queue.active:
             await self._logging_errors(self._follower.note_unknown_start(job), job)
-        while True:
-            self._woken.clear()
-            await self.poll()
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(self._settings.poll_every_s):
-                    await self._woken.wait()
+        try:
+            while True:
+                self._woken.clear()
+                await self.poll()
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(self._settings.poll_every_s):
+                        await self._woken.wait()
+        finally:
+            await end_tasks(*self._following.values())
 
     async def poll(self) -> None:
         """One pass. What fails is logged, and tried again at a later one."""
         time_slice = TimeSlice()
+        self._end_followed()
         for job in self._repository.queue.active:
-            await self._logging_errors(self._advance(job), job)
+            await self._follow(job)
+            self._end_followed()
             await time_slice.take()
         now = self._clock.now()
         for job in self._repository.queue.waiting:
@@ -91,6 +121,18 @@ class JobScheduler:
         if due and await self._judge_ready(time_slice):
             await self._assign_due(due, time_slice)
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
+
+    async def _follow(self, job: Job) -> None:
+        """Follow a job in a task of its own, unless it is being followed since an earlier pass."""
+        if job.id not in self._following:
+            work = self._logging_errors(self._advance(job), job)
+            task = self._following[job.id] = asyncio.create_task(work, name=f"follow {job.id}")
+            await asyncio.wait({task}, timeout=FOLLOWED_S)
+
+    def _end_followed(self) -> None:
+        """Forget the tasks that have ended. A defect in one ends the scheduler."""
+        for job_id in [key for key, task in self._following.items() if task.done()]:
+            self._following.pop(job_id).result()
 
     async def _advance(self, job: Job) -> None:
         if job.id in self._unmade:
@@ -114,16 +156,15 @@ class JobScheduler:
 
         The snapshot of the vehicles only selects the jobs worth trying: the chosen vehicle is checked again.
         """
-        refused = set[tuple[str, Wind | None, VehicleSelector]]()
+        tried = _Tried()
         free, seen_s = await self._free(), self._clock.monotonic()
         for job in due:
             await time_slice.take()
-            alike = (job.plan_id, job.wind, job.selector)
-            if alike in refused or not any(job.selector.allows(vehicle_id) for vehicle_id in free):
+            if _alike(job) in tried.in_vain or not any(job.selector.allows(one) for one in free - tried.kept):
                 continue
-            await self._logging_errors(self._assign(job), job)
+            await self._logging_errors(self._assign(job, tried), job)
             if not self._may_be_tried(job):
-                refused.add(alike)
+                tried.in_vain.add(_alike(job))
             if self._repository.queue.jobs.get(job.id) is not job or self._clock.monotonic() - seen_s >= SEEN_FOR_S:
                 free, seen_s = await self._free(), self._clock.monotonic()
 
@@ -145,7 +186,7 @@ class JobScheduler:
 
     async def _expire(self, job: Job) -> None:
         try:
-            candidates = await self.candidates(job)
+            candidates = await self.candidates(job, FACTS_S)
         except WaydropError:
             candidates = ()
         await self._repository.change(job.id, lambda current: self._expired(current, candidates))
@@ -155,11 +196,17 @@ class JobScheduler:
             return job
         return job.moved_to(JobState.EXPIRED, now=self._clock.now(), reason=EXPIRED, candidates=candidates)
 
-    async def _assign(self, job: Job) -> None:
-        candidates = await self.candidates(job)
+    async def _assign(self, job: Job, tried: _Tried) -> None:
+        candidates = await self.candidates(job, FACTS_S)
+        if any(self._assessment.is_awaited(one) for one in candidates):
+            tried.in_vain.add(_alike(job))
+            tried.kept.update(one.vehicle_id for one in candidates if one.can)
+            return
         chosen = chosen_of(candidates)
         if chosen is None:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.retry_after_s
+            return
+        if chosen.vehicle_id in tried.kept:
             return
         # a run may have ended while rules were read
         await self._availability.judge(chosen.vehicle_id, self._clock.now())

@@ -14,8 +14,9 @@ from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import LandedState, VehicleProfile
 from tests.support.events import data_of
-from tests.support.job_service import JobService, job_service
+from tests.support.job_service import PROMPT, JobService, job_service
 from tests.support.scheduled_jobs import at, lease
+from tests.support.scripted_link import ScriptedVehicle
 
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue: what must not happen has its chance to."""
@@ -191,3 +192,75 @@ async def test_rules_are_looked_at_with_the_vehicles_own_parameters() -> None:
         assert job.vehicle_id == "v2"
         (refusal,) = job.candidates[0].refusals
         assert (refusal.code.split(".")[0], refusal.pointer is not None) == ("limits", True)
+
+
+class SlowFacts:
+    """A vehicle that reports its facts once `may_answer` is set; with `only_fresh` this is about a start alone."""
+
+    def __init__(self, vehicle: ScriptedVehicle, *, only_fresh: bool = False) -> None:
+        self._vehicle = vehicle
+        self._only_fresh = only_fresh
+        self.may_answer = asyncio.Event()
+        vehicle.read_facts = self.read_facts  # type: ignore[method-assign]
+
+    async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
+        if fresh or not self._only_fresh:
+            await self.may_answer.wait()
+        return self._vehicle.facts
+
+
+def patient(monkeypatch: pytest.MonkeyPatch, **settings: float) -> None:
+    """Queues with more patience: their settings from now on."""
+    monkeypatch.setattr("tests.support.job_service.PROMPT", replace(PROMPT, **settings))
+
+
+async def test_jobs_of_a_silent_vehicle_hold_up_neither_another_job_nor_a_deadline(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    patient(monkeypatch, facts_s=60.0)
+    async with job_service(2) as service:
+        SlowFacts(service.vehicles[0])
+        waiting = [await service.order(vehicle="v1", min_battery_percent=percent) for percent in range(3)]
+        late = await service.order(vehicle="v1", deadline=at(service, 60.0))
+        other = await service.order(vehicle="v2", auto_start=True)
+        await service.until_state(other, "flying")
+        service.clock.ahead_s = 61.0
+        await service.until_state(late, "expired")
+        assert (await service.fly(other)).state is JobState.COMPLETED
+        assert {service.job(job).state for job in waiting} == {JobState.QUEUED}
+
+
+async def test_a_start_that_waits_for_its_vehicle_holds_up_no_other() -> None:
+    async with job_service(2) as service:
+        slow = SlowFacts(service.vehicles[0], only_fresh=True)
+        first = await service.order(vehicle="v1", auto_start=True)
+        await service.until(lambda: service.job(first).start_requested_at is not None, "its start must be requested")
+        second = await service.order(vehicle="v2", auto_start=True)
+        await service.until_state(second, "flying")
+        assert service.job(first).state is JobState.PREPARED
+        slow.may_answer.set()
+        await service.until_state(first, "flying")
+
+
+async def test_a_vehicle_that_reports_late_gets_its_job_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    patient(monkeypatch, retry_after_s=600.0)
+    async with job_service() as service:
+        slow = SlowFacts(service.vehicles[0])
+        job = await service.order(vehicle="v1")
+        await asyncio.sleep(SOME_LOOKS_S)  # it is refused: it had 0.05 s
+        slow.may_answer.set()
+        await service.until_state(job, "prepared")
+
+
+async def test_a_job_for_any_waits_a_moment_for_a_vehicle_whose_facts_are_being_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    patient(monkeypatch, facts_s=60.0)
+    async with job_service(2) as service:
+        slow = SlowFacts(service.vehicles[0])
+        first, later = await service.order(), await service.order(vehicle="v2", priority=-1)
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert {service.job(job).state for job in (first, later)} == {JobState.QUEUED}, "v2 is kept for the first one"
+        slow.may_answer.set()
+        assert (await service.until_state(first, "prepared")).vehicle_id == "v1"
+        await service.until_state(later, "prepared")
