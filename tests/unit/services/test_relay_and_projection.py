@@ -11,11 +11,12 @@ from pathlib import Path
 import pytest
 
 from app.domain.cluster.envelope import Envelope
+from app.domain.cluster.errors import NoReplyError
 from app.domain.cluster.ports import ALL_STATES, GatewayReport, ProjectionWriter, pages_of, states_of
 from app.domain.run.run import RunState
 from app.services.clock import SystemClock
 from app.services.journal import Journal
-from app.services.projection import Also, Projection
+from app.services.projection import PAGE_TIMEOUT_S, Also, Projection
 from app.services.relay import Relay
 from app.storage import Storage, open_storage
 from tests.support.memory_cluster import MemoryBus, MemoryProjectionStore
@@ -264,3 +265,80 @@ async def test_a_page_larger_than_a_message_is_sent_in_parts(tmp_path: Path, mon
         async with projection(store, bus):
             await until(lambda: whole(store, 50))
     assert len(bus.published) >= 5
+
+
+class DeadGateways(MemoryBus):
+    """Gateways of the south: as with NATS before it notices, they are there, and their connections are dead."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked_of: list[str] = []
+
+    async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
+        """See Bus."""
+        if ".south" not in subject:
+            return await super().request(subject, message, timeout_s=timeout_s)
+        self.asked_of.append(subject)
+        await asyncio.sleep(timeout_s)
+        raise NoReplyError("no answer")
+
+    async def report(self, number: int) -> None:
+        told = GatewayReport(gateway=f"dead-{number}", site=f"south{number}", seq=5)
+        await self.publish(states_of(told.site), told.model_dump_json().encode())
+
+
+async def test_dead_gateways_that_are_late_hold_up_no_other(tmp_path: Path) -> None:
+    bus, store = DeadGateways(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        await one.journal.record(event(1))
+        await until(lambda: whole(store, 1))
+        for number in range(3):
+            await bus.report(number)
+        await until(lambda: len(bus.asked_of) == 3)
+        async with asyncio.timeout(PAGE_TIMEOUT_S / 2):
+            for number in range(2, 30):
+                await one.journal.record(event(number))
+                await until(lambda: whole(store, one.journal.last_seq))
+        assert len(bus.asked_of) == 3
+
+
+async def test_an_envelope_of_a_dead_gateway_that_waits_for_others_holds_up_nobody(tmp_path: Path) -> None:
+    bus, store = DeadGateways(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        await one.journal.record(event(1), event(2))
+        await until(lambda: whole(store, 2))
+        envelope = (await one.storage.relay_log.envelope("south", after=1, limit=1)).model_copy(
+            update={"gateway": "dead-1"}
+        )
+        await bus.publish_envelope(envelope)
+        await until(lambda: bus.asked_of != [])
+        async with asyncio.timeout(PAGE_TIMEOUT_S / 2):
+            await one.journal.record(event(3))
+            await until(lambda: whole(store, 3))
+
+
+async def test_a_gateway_that_does_not_answer_is_asked_less_and_less_and_not_at_all_once_it_is_silent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.services.projection.PAGE_TIMEOUT_S", 0.0)
+    monkeypatch.setattr("app.services.projection.SILENT_S", 0.2)
+    bus, store = DeadGateways(), MemoryProjectionStore()
+    async with projection(store, bus):
+        for _ in range(75):
+            await bus.report(1)
+            await asyncio.sleep(0.02)
+        assert 1 <= len(bus.asked_of) < 8, "after 0.05, 0.1, 0.2, 0.4, 0.8 s"
+        await asyncio.sleep(0.3)
+        asked = len(bus.asked_of)
+        await asyncio.sleep(2.0)
+        assert len(bus.asked_of) == asked
+
+
+async def test_thousands_of_missing_events_are_asked_for_page_by_page(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    bus.loses = lambda envelope: envelope.events[0].seq <= 4000
+    async with gateway(tmp_path, bus) as one:
+        for _ in range(9):
+            await one.journal.record(*(event(number) for number in range(500)))
+        async with projection(store, bus):
+            await until(lambda: whole(store, 4500))
