@@ -66,9 +66,12 @@ def _table(*names: str) -> Table:
 
 
 def _time(seconds: float | None) -> str:
-    return (
-        "" if seconds is None else datetime.fromtimestamp(seconds).astimezone().isoformat(sep=" ", timespec="seconds")
-    )
+    if seconds is None:
+        return ""
+    try:
+        return datetime.fromtimestamp(seconds).astimezone().isoformat(sep=" ", timespec="seconds")
+    except (ValueError, OverflowError, OSError):  # beyond the calendar here
+        return f"{seconds:.0f} s after 1970"
 
 
 jobs_app = typer.Typer(help="Queue plans for one vehicle or any suitable one.", no_args_is_help=True)

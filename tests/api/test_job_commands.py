@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -12,8 +13,9 @@ from typer.testing import Result
 
 from app.cli.terminal import ServerRefusedError
 from app.domain.errors import InvalidInputError
+from app.domain.jobs.job import Job
 from tests.support.dispatch_commands import waydrop
-from tests.support.job_plans import ROUTE, until_job
+from tests.support.job_plans import ROUTE, queue, until_job
 from tests.support.service_in_process import Service
 
 
@@ -74,3 +76,14 @@ async def test_queues_are_shown_stopped_and_resumed(service: Service) -> None:
     queues = json.loads((await waydrop(service, "jobs", "queues", "--json")).stdout)
     assert [view["ready"] for view in queues["vehicles"]] == [True, True]
     assert refusal(await waydrop(service, "jobs", "resume", "v9")) == "resource.not_found"
+
+
+async def test_a_time_that_has_no_date_here_is_shown_all_the_same(service: Service) -> None:
+    """An older version has stored it."""
+    job = await queue(service, vehicle="v1", not_before=(datetime.now(UTC) + timedelta(days=1)).isoformat())
+    stored = Job.model_validate(job).model_copy(update={"deadline": 253_402_343_999.0})
+    await service.storage.events.append([], jobs=[stored])
+    listed = await waydrop(service, "jobs", "list", "--json")
+    assert json.loads(listed.stdout)["jobs"][0]["deadline"] == stored.deadline
+    shown = await waydrop(service, "jobs", "list")
+    assert (shown.exit_code, "after 1970" in " ".join(shown.stdout.split())) == (0, True)

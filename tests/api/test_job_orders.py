@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime, timedelta
 
 import pytest
 
@@ -34,3 +35,22 @@ async def test_the_wind_of_a_job_is_that_of_its_run(service: Service) -> None:
     _, _, run = await service.call("GET", f"/api/v1/runs/{job['run_id']}")
     assert run["wind"] == job["wind"]
     assert (await queue(service, expect=422, wind={"from_deg": 0}))["code"] == "request.invalid"
+
+
+@pytest.mark.parametrize("field", ["not_before", "deadline"])
+@pytest.mark.parametrize("path", ["/api/v1/jobs", "/api/v1/job-checks"])
+@pytest.mark.parametrize("time", ["9999-12-31T23:59:59-12:00", "2099-01-01T00:00:00Z", 19_000_000_000])
+async def test_a_time_that_is_too_far_ahead_is_refused_with_its_place(
+    service: Service, field: str, path: str, time: str | int
+) -> None:
+    status, _, problem = await service.call("POST", path, json={"plan": "plan-1", field: time})
+    assert (status, problem["code"]) == (422, "request.invalid")
+    (finding,) = problem["findings"]
+    assert finding["pointer"] == f"/{field}"
+    assert "at most ten years ahead" in finding["hint"]
+
+
+async def test_a_time_of_some_years_ahead_is_taken(service: Service) -> None:
+    later = datetime.now(UTC) + timedelta(days=3000)
+    job = await queue(service, not_before=later.isoformat(), deadline=(later + timedelta(days=1)).isoformat())
+    assert job["not_before"] == later.timestamp()

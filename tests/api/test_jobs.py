@@ -14,6 +14,7 @@ from app.services.jobs import JobSettings
 from tests.support.job_plans import ROUTE, codes, fly_home, job_of, queue, start, until_job
 from tests.support.jobs_api import stop
 from tests.support.reasons import words
+from tests.support.scheduled_jobs import IN_YEARS
 from tests.support.service_in_process import Service, run_service
 
 KEY = {"Idempotency-Key": "order-2041"}
@@ -156,7 +157,7 @@ async def test_what_flies_or_is_over_is_not_cancelled_or_moved(service: Service)
 
 
 async def test_a_job_is_not_begun_before_its_time_and_holds_up_nobody(service: Service) -> None:
-    later = await queue(service, vehicle=service.v1, not_before="2999-01-01T00:00:00Z", priority=9)
+    later = await queue(service, vehicle=service.v1, not_before=IN_YEARS, priority=9)
     now = await until_job(service, (await queue(service, vehicle=service.v1))["id"], "prepared")
     assert now["vehicle_id"] == service.v1
     assert (await job_of(service, later["id"]))["state"] == "queued"
@@ -255,7 +256,11 @@ async def test_what_cannot_be_queued_is_refused(service: Service) -> None:
         ({"plan": {**ROUTE, "items": ROUTE["items"][1:]}}, 422, "plan.rejected"),
         ({"vehicle": service.v1, "allowed_vehicles": [service.v1]}, 422, "request.invalid"),
         ({"deadline": "1999-01-01T00:00:00Z"}, 422, "input.invalid"),
-        ({"deadline": "2999-01-01T00:00:00Z", "not_before": "2999-01-02T00:00:00Z"}, 422, "input.invalid"),
+        (
+            {"deadline": IN_YEARS, "not_before": IN_YEARS},
+            422,
+            "input.invalid",
+        ),
         ({"deadline": "2999-01-01T00:00:00"}, 422, "request.invalid"),
         ({"autostart": True}, 422, "request.invalid"),
     )
@@ -295,7 +300,7 @@ async def test_what_becomes_of_a_job_is_told_as_events_with_the_whole_job(servic
     "times",
     [
         {"deadline": "2020-01-01T00:00:00Z"},
-        {"not_before": "2100-01-01T00:00:00Z", "deadline": "2099-01-01T00:00:00Z"},
+        {"not_before": IN_YEARS, "deadline": IN_YEARS},
     ],
 )
 async def test_a_check_refuses_what_the_queue_refuses(service: Service, times: dict[str, str]) -> None:

@@ -9,6 +9,9 @@ from app.domain.offboard.state import OffboardState
 from app.services.views import LeaseView, OffboardView
 from tests.support.job_service import JobService
 
+IN_YEARS = f"{datetime.now(UTC).year + 2}-01-01T00:00:00Z"
+"""A time that no test reaches, and which a job may have."""
+
 
 @dataclass
 class Leased:

@@ -79,7 +79,7 @@ def hint_of(fault: Fault, around: Any) -> str:
             return f"known values: {', '.join(fault.place.tags)}"
         case "missing" if fault.instead:
             return f"or specify {' and '.join(fault.instead)} instead"
-    return ""
+    return str(fault.context.get("hint", ""))
 
 
 def near_name(given: str, known: Collection[str]) -> str | None:

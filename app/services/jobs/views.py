@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from typing import Annotated, Any, Final, Self
 
-from pydantic import AwareDatetime, Field, model_validator
+from pydantic import AfterValidator, AwareDatetime, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.jobs.job import ANY, Candidate, Job, Refusal, VehicleSelector
@@ -32,6 +33,18 @@ LEAST_BATTERY_PERCENT: Final = 30.0
 MAX_ALLOWED: Final = 100
 _Identifier = Annotated[str, Field(min_length=1, max_length=100)]
 _Priority = Annotated[int, Field(ge=-100, le=100)]
+LONGEST_AHEAD: Final = timedelta(days=3653)
+"""A later time is a mistake, and one near the end of the calendar cannot be shown in every time zone."""
+
+
+def _not_too_late(time: datetime) -> datetime:
+    if time - datetime.now(UTC) > LONGEST_AHEAD:
+        hint = "give a time at most ten years ahead, or omit it"
+        raise PydanticCustomError("too_late", "the time is more than ten years ahead", {"hint": hint})
+    return time
+
+
+_Time = Annotated[AwareDatetime, AfterValidator(_not_too_late)]
 
 
 class JobRequest(FrozenForm):
@@ -41,7 +54,7 @@ class JobRequest(FrozenForm):
     charge, is refused; 0 accepts both. `wind` is used by the checks and the run; null is calm air. The job does not
     start before `not_before`, and expires if the vehicle has not taken off by `deadline`. `auto_start` false: the
     mission is uploaded, and an operator starts the run. True: Waydrop starts it, once, as soon as it is prepared and
-    its vehicle has no refusals. Higher `priority` comes first.
+    its vehicle has no refusals. Higher `priority` comes first. Both times are at most ten years ahead.
     """
 
     plan: _Identifier | dict[str, Any]
@@ -49,8 +62,8 @@ class JobRequest(FrozenForm):
     allowed_vehicles: Annotated[tuple[_Identifier, ...], Field(max_length=MAX_ALLOWED)] = ()
     min_battery_percent: Annotated[float, Field(ge=0, le=100)] = LEAST_BATTERY_PERCENT
     wind: WindGiven | None = None
-    not_before: AwareDatetime | None = None
-    deadline: AwareDatetime | None = None
+    not_before: _Time | None = None
+    deadline: _Time | None = None
     auto_start: bool = False
     priority: _Priority = 0
 

@@ -11,6 +11,7 @@ import aiohttp
 from tests.support.cluster_process import Cluster
 from tests.support.cluster_runs import FLIGHT_S, until_run
 from tests.support.paths import PLANS
+from tests.support.scheduled_jobs import IN_YEARS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet
 from tests.support.whole_cluster import events_of, require_whole
@@ -80,7 +81,7 @@ async def test_jobs_and_webhooks_work_through_every_node(cluster: Cluster, http:
     one, other = (Dispatcher(http, node.url) for node in cluster.nodes)
     for node in (one, other):
         await node.until_vehicles(2, within_s=SOON_S)
-    plan, never = await one.post("/plans", PLAN), "2999-01-01T00:00:00Z"
+    plan, never = await one.post("/plans", PLAN), IN_YEARS
     anybody = await one.post("/jobs", {"plan": plan["id"], "not_before": never})
     named = await other.post("/jobs", {"plan": plan["id"], "vehicle": "south-v1", "not_before": never, "priority": 5})
     second = await one.post("/jobs", {"plan": plan["id"], "vehicle": "south-v1", "not_before": never})

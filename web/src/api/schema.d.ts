@@ -3592,7 +3592,7 @@ export interface components {
          *     charge, is refused; 0 accepts both. `wind` is used by the checks and the run; null is calm air. The job does not
          *     start before `not_before`, and expires if the vehicle has not taken off by `deadline`. `auto_start` false: the
          *     mission is uploaded, and an operator starts the run. True: Waydrop starts it, once, as soon as it is prepared and
-         *     its vehicle has no refusals. Higher `priority` comes first.
+         *     its vehicle has no refusals. Higher `priority` comes first. Both times are at most ten years ahead.
          */
         JobRequest: {
             /** Plan */

@@ -26,6 +26,7 @@ from tests.support.fakes import MemoryEventStore
 from tests.support.job_service import JobService, MemoryJobs, job_service
 from tests.support.memory_cluster import MemoryBus, MemoryClusterEvents
 from tests.support.run_service import MemoryPlans
+from tests.support.scheduled_jobs import IN_YEARS
 from tests.support.shared_jobs import MemorySharedJobs, calls_into
 
 SITE, VEHICLE = "north", "north-v1"
@@ -91,8 +92,7 @@ async def test_a_quarantine_is_ended_through_a_node() -> None:
 
 async def test_a_waiting_job_is_moved_before_another_through_a_node() -> None:
     async with a_node() as node:
-        never = "2999-01-01T00:00:00Z"
-        first, second = [await node.service.order(not_before=never, priority=one) for one in (5, 0)]
+        first, second = [await node.service.order(not_before=IN_YEARS, priority=one) for one in (5, 0)]
         moved = await node.jobs.move(second.id, JobUpdate(before=first.id), "anna")
         assert (moved.id, moved.priority) == (second.id, 5)
         assert [job.id for job in (await node.jobs.queues()).waiting] == [second.id, first.id]

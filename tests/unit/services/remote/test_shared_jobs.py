@@ -21,9 +21,9 @@ from app.services.jobs.views import JobUpdate
 from app.services.remote.shared_jobs import CLEARED_AFTER_S
 from tests.support.job_examples import a_job
 from tests.support.job_service import job_service
+from tests.support.scheduled_jobs import IN_YEARS
 from tests.support.shared_jobs import SITES, Sites, two_sites
 
-NEVER = "2999-01-01T00:00:00Z"
 SOME_LOOKS = 40
 CLAIM = JobClaim(site="north", gateway="gw-north")
 
@@ -58,7 +58,7 @@ async def test_the_best_vehicle_of_all_sites_flies_it_and_no_other() -> None:
 async def test_the_queue_has_one_order_for_all_sites() -> None:
     async with two_sites() as sites:
         assert sites.node is not None
-        first, second = [await sites.order(not_before=NEVER) for _ in range(2)]
+        first, second = [await sites.order(not_before=IN_YEARS) for _ in range(2)]
         moved = await sites.node.move(second.id, JobUpdate(before=first.id), "desk")
         assert sites.job(second).place < sites.job(first).place
         assert moved.fence > second.fence, "each change of the cluster raises the fencing number"
