@@ -3,6 +3,7 @@ import { describe, expect, it } from "vitest";
 import type { StreamEvent } from "../../api/types";
 import { because, type EventFields, sampleDrop, sampleEvent, sampleJob, sampleRun } from "../../testing/samples";
 import { groupEvents } from "./event-groups";
+import { matchesFilter } from "./filter";
 import { formatEventGroup } from "./format-event-group";
 
 const ofRun = (kind: StreamEvent["kind"], data: object = {}): EventFields => ({
@@ -18,6 +19,7 @@ const ended = (item_id: string, took_s: number) =>
 const drop = (fields: object) => ofRun("run.drop", { ...sampleDrop(), ...fields });
 const command = (name: string) => ofRun("run.command", { command: name, attempt: null });
 const ack = (name: string) => ofRun("run.ack", { command: name, outcome: "done", detail: "" });
+const fails = (name: string) => ofRun("run.ack", { command: name, outcome: "failed", detail: "no answer" });
 const text = (severity: string, words: string) => ofRun("vehicle.status_text", { severity, text: words, repeated: 0 });
 const mode = (name: string, in_failsafe = false) =>
   ofRun("vehicle.changed", { mode: name, armed: true, landed: "in_air", in_failsafe });
@@ -142,12 +144,74 @@ describe("a delivery is told", () => {
     ]);
     expect(lines.slice(4)).toEqual([
       "v1 took off.",
+      "“Clinic run” on v1: paused by command.",
       "v1 resumed “Clinic run” after 2 s.",
       "v1 is flying to “corner”.",
       "“Clinic run” on v1: paused by command.",
       "v1: “Low battery”",
       "v1 is in failsafe, mode Return.",
       "“Clinic run” on v1: returning. A failsafe is active.",
+    ]);
+  });
+
+  it("with each command that fails, after which the flight goes on as before", () => {
+    const all = groupEvents(
+      events([
+        ...BEGINNING,
+        item("corner"),
+        changed("flying", { commanded: "return" }),
+        command("return"),
+        changed("flying"),
+        fails("return"),
+        changed("flying", { commanded: "return" }),
+        command("return"),
+        changed("flying"),
+        fails("return"),
+        item("corner", "reached"),
+        changed("flying"),
+      ]),
+    ).toReversed();
+    const lines = all.map((group) => formatEventGroup(group)).slice(-3);
+    expect(lines.map(({ text }) => text)).toEqual([
+      "v1 reached “corner”.",
+      "v1: RETURN: failed: no answer.",
+      "v1: RETURN: failed: no answer.",
+    ]);
+    expect(lines.map(({ tone }) => tone)).toEqual(["ok", "danger", "danger"]);
+    expect(all.slice(-2).map((group) => matchesFilter(group, "problems", { vehicle: null, run: null }))).toEqual([
+      true,
+      true,
+    ]);
+  });
+
+  it("with a pause as long as it was, whatever else is commanded before and after it", () => {
+    const asked = because("run.paused_as_asked");
+    const steps: readonly (readonly [number, EventFields])[] = [
+      [0, item("corner")],
+      [10, command("pause")],
+      [10, ack("pause")],
+      [10, changed("paused", { reason: asked })],
+      [11, changed("paused", { reason: asked, commanded: "return" })],
+      [11, command("return")],
+      [12, changed("paused", { reason: asked })],
+      [12, fails("return")],
+      [14, changed("paused", { reason: asked, commanded: "resume" })],
+      [14, command("resume")],
+      [14, changed("paused", { reason: because("run.resuming_as_asked") })],
+      [14, changed("flying")],
+      [14, ack("resume")],
+      [21, changed("flying", { commanded: "return" })],
+      [21, command("return")],
+      [24, changed("flying")],
+      [24, fails("return")],
+    ];
+    const groups = groupEvents(events(steps.map(([time, fields]) => ({ ...fields, time })))).toReversed();
+    expect(groups.map((group) => [group.head.time, formatEventGroup(group, () => "Clinic run").text])).toEqual([
+      [0, "v1 is at “corner”."],
+      [10, "“Clinic run” on v1: paused by command."],
+      [12, "v1: RETURN: failed: no answer."],
+      [14, "v1 resumed “Clinic run” after 4 s."],
+      [24, "v1: RETURN: failed: no answer."],
     ]);
   });
 
@@ -228,7 +292,10 @@ describe("whatever happens", () => {
       .record({ item_id: strings, phase: fc.constantFrom("current", "reached") })
       .map((data) => ofRun("run.item", data)),
     fc.constantFrom("arm", "pause", "resume", "return", "hold", "change_mission").map(command),
-    fc.constantFrom("uploading", "paused", "returning", "at_drop", "failed", "landed").map((state) => changed(state)),
+    fc.constantFrom("arm", "pause", "resume", "return", "change_mission").map(fails),
+    fc
+      .constantFrom("uploading", "flying", "paused", "returning", "at_drop", "failed", "landed")
+      .map((state) => changed(state)),
     fc.constantFrom<EventFields>(
       { kind: "vehicle.link_lost", vehicle_id: "v1" },
       { kind: "vehicle.link_restored", vehicle_id: "v1" },

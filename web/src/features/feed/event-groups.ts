@@ -5,6 +5,7 @@
 
 import type { EventKind, EventOf, StreamEvent } from "../../api/types";
 import { severityTone } from "../../format/mavlink";
+import { isSameReason } from "../../format/reasons";
 import { hasRunEnded } from "../../store/runs";
 import { isPlannedReturn } from "./format-event";
 
@@ -19,6 +20,8 @@ export interface EventGroup {
   readonly head: StreamEvent;
   /** Of an item: its type, from the prediction of the run; null if unknown. */
   readonly itemType: string | null;
+  /** When the pause began that ended in it; null if none did. */
+  readonly pausedAt: number | null;
 }
 
 export type Topic =
@@ -67,6 +70,15 @@ interface OpenGroup {
   /** Oldest first. */
   readonly events: StreamEvent[];
   readonly itemType: string | null;
+  pausedAt: number | null;
+}
+
+/** What a run, or a vehicle without one, is at. */
+interface Step {
+  readonly assignment: Assignment;
+  readonly group: OpenGroup;
+  /** The step that a command interrupted: it goes on if the command fails. */
+  readonly before: Step | null;
 }
 
 /** `feed` has the newest event first, and so have the groups, by their first event. */
@@ -79,23 +91,26 @@ export function groupEvents(feed: readonly StreamEvent[]): readonly EventGroup[]
 class Grouping {
   private readonly all: OpenGroup[] = [];
   private readonly bySubject = new Map<string, OpenGroup>();
-  /** The assignment of the current step of each run, and of each vehicle without one. */
-  private readonly steps = new Map<string, Assignment>();
+  /** The current step of each run, and of each vehicle without one. */
+  private readonly steps = new Map<string, Step>();
   /** Types of items as predicted, by run and item. */
   private readonly itemTypes = new Map<string, string>();
+  /** The newest change of each run. */
+  private readonly changes = new Map<string, EventOf<"run.changed">>();
+  /** When the pause of a run began that is paused. */
+  private readonly pauses = new Map<string, number>();
 
   add(event: StreamEvent): void {
     if (event.kind === "run.predicted")
       for (const { item_id, type } of event.data.entries) this.itemTypes.set(itemOf(event, item_id).subject, type);
-    const assignment = this.assign(event);
     const of = event.run_id ?? event.vehicle_id ?? "";
-    if (assignment.step === true) this.steps.set(of, { ...assignment, begins: false });
+    const current = this.steps.get(of) ?? null;
+    const assignment = this.assign(event, of, current);
+    const group = this.groupFor(assignment, event);
+    if (assignment.step === true) this.steps.set(of, stepOf(assignment, group, current));
     if (assignment.ends === true) this.steps.delete(of);
-    const open = this.bySubject.get(assignment.subject) ?? this.storedPlan(event);
-    if (open !== undefined && assignment.begins !== true && (assignment.lasts === true || isSoonAfter(open, event))) {
-      open.events.push(event);
-      this.bySubject.set(assignment.subject, open);
-    } else this.open(assignment, event);
+    if (event.kind === "run.changed") this.followPause(event, of, group);
+    if (isFailedCommand(event)) this.close(of, group);
   }
 
   groups(): readonly EventGroup[] {
@@ -104,11 +119,22 @@ class Grouping {
       .reverse();
   }
 
-  private open({ topic, subject }: Assignment, event: StreamEvent): void {
+  /** The open group that takes the event, or a new one. */
+  private groupFor(assignment: Assignment, event: StreamEvent): OpenGroup {
+    const open = this.bySubject.get(assignment.subject) ?? this.storedPlan(event);
+    if (open === undefined || assignment.begins === true || !(assignment.lasts === true || isSoonAfter(open, event)))
+      return this.open(assignment, event);
+    open.events.push(event);
+    this.bySubject.set(assignment.subject, open);
+    return open;
+  }
+
+  private open({ topic, subject }: Assignment, event: StreamEvent): OpenGroup {
     const itemType = topic === "item" ? (this.itemTypes.get(subject) ?? null) : null;
-    const group = { key: `${subject} ${event.position}`, topic, events: [event], itemType };
+    const group = { key: `${subject} ${event.position}`, topic, events: [event], itemType, pausedAt: null };
     this.all.push(group);
     this.bySubject.set(subject, group);
+    return group;
   }
 
   /** The group of a plan that was stored for this run. */
@@ -118,20 +144,86 @@ class Grouping {
     return stored !== undefined && event.time - (stored.events[0]?.time ?? 0) < STORED_FOR_S ? stored : undefined;
   }
 
-  private assign(event: StreamEvent): Assignment {
+  private assign(event: StreamEvent, of: string, current: Step | null): Assignment {
     const rule = ASSIGNMENTS[event.kind] as AssignmentRule<EventKind> | undefined; // a newer service may send others
     if (rule === undefined) return { topic: "other", subject: event.kind, begins: true };
-    return rule(event as never, this.steps.get(event.run_id ?? event.vehicle_id ?? "") ?? null);
+    if (event.kind === "run.changed") {
+      const known = this.changes.get(of);
+      this.changes.set(of, event);
+      // that a command is pending, or is no more: part of the command
+      if (current !== null && known !== undefined && isSameState(known, event)) return current.assignment;
+    }
+    return rule(event as never, current?.assignment ?? null);
   }
+
+  /** A pause lasts from the first "paused" until the run is anything else. */
+  private followPause({ data, time }: EventOf<"run.changed">, of: string, group: OpenGroup): void {
+    const since = this.pauses.get(of);
+    if (data.state === "paused") this.pauses.set(of, since ?? time);
+    else if (since !== undefined) {
+      this.pauses.delete(of);
+      if (group.topic !== "pause") return;
+      group.pausedAt = since;
+      this.goOn(of, beforePause(this.steps.get(of) ?? null));
+    }
+  }
+
+  /** The step is over: what was before the command goes on. */
+  private close(of: string, group: OpenGroup): void {
+    const step = this.steps.get(of);
+    if (step === undefined || step.group !== group || !INTERRUPTING.has(group.topic)) return;
+    this.goOn(of, step.before);
+  }
+
+  private goOn(of: string, step: Step | null): void {
+    if (step === null) {
+      this.steps.delete(of);
+      return;
+    }
+    this.steps.set(of, step);
+    this.bySubject.set(step.assignment.subject, step.group);
+  }
+}
+
+/** The step that was before a pause: a command to resume, which may be repeated, is of the pause too. */
+function beforePause(step: Step | null): Step | null {
+  return step !== null && step.assignment.topic === "pause" ? beforePause(step.before) : step;
+}
+
+/** Steps that a command begins while another one is under way. */
+const INTERRUPTING: ReadonlySet<Topic> = new Set<Topic>(["pause", "return", "change"]);
+
+function stepOf(assignment: Assignment, group: OpenGroup, current: Step | null): Step {
+  const interrupted = INTERRUPTING.has(assignment.topic) ? current : null;
+  const before = current?.group === group ? current.before : interrupted;
+  return { assignment: { ...assignment, begins: false }, group, before };
+}
+
+function isSameState({ data: one }: EventOf<"run.changed">, { data: other }: EventOf<"run.changed">): boolean {
+  return one.state === other.state && isSameReason(one.reason, other.reason);
+}
+
+const FAILURES: ReadonlySet<EventOf<"run.ack">["data"]["outcome"]> = new Set([
+  "failed",
+  "not_sent",
+  "unknown",
+] as const);
+
+/** Of a command that a step began with. */
+function isFailedCommand(event: StreamEvent): boolean {
+  return event.kind === "run.ack" && COMMANDED[event.data.command] !== undefined && FAILURES.has(event.data.outcome);
 }
 
 function isSoonAfter(open: OpenGroup, event: StreamEvent): boolean {
   return event.time - (open.events.at(-1)?.time ?? 0) < LULL_S;
 }
 
-/** The newest of the events that say most. */
+/** The newest of the events that say most. A change of a run that says the same again is no news. */
 function headOf(events: readonly StreamEvent[]): StreamEvent {
-  return events.reduce((head, event) => (weight(event) >= weight(head) ? event : head));
+  return events.reduce((head, event) => {
+    if (head.kind === "run.changed" && event.kind === "run.changed" && isSameState(head, event)) return head;
+    return weight(event) >= weight(head) ? event : head;
+  });
 }
 
 const LEASE_ENDS: ReadonlySet<EventOf<"offboard.lease">["data"]["change"]> = new Set([
@@ -152,6 +244,8 @@ function weight(event: StreamEvent): number {
     case "drop.consent_asked":
     case "drop.consent_closed":
       return 4;
+    case "run.ack":
+      return isFailedCommand(event) ? 4 : 0;
     case "run.item":
       return 3;
     case "run.upload_progress":
@@ -227,7 +321,8 @@ const ASSIGNMENTS: { readonly [K in EventKind]: AssignmentRule<K> } = {
   "run.changed": assignRunChange,
   "run.command": ({ run_id, data: { command } }, current) => {
     const topic = COMMANDED[command];
-    return topic === undefined ? (current ?? step("other", run_id)) : nextStep(topic, run_id, current);
+    if (topic === undefined) return current ?? step("other", run_id);
+    return { ...nextStep(topic, run_id, current), ...(ORDERS.has(command) ? { begins: true } : {}) };
   },
   "run.ack": (event, current) => {
     const topic = COMMANDED[event.data.command];
@@ -251,7 +346,7 @@ const ASSIGNMENTS: { readonly [K in EventKind]: AssignmentRule<K> } = {
   "run.attachment": ({ run_id, data }) => lasting("other", `attachments ${run_id} ${data.plan_item_id}`),
 };
 
-/** The step that a command begins, or ends. The others belong to the step that the run is at. */
+/** The step that a command begins. The others belong to the step that the run is at. */
 const COMMANDED: Readonly<Partial<Record<EventOf<"run.command">["data"]["command"], Topic>>> = {
   arm: "start",
   start_mission: "start",
@@ -261,6 +356,14 @@ const COMMANDED: Readonly<Partial<Record<EventOf<"run.command">["data"]["command
   land: "return",
   change_mission: "change",
 };
+
+/** Each of these is told in a line of its own, also if it repeats one that failed. */
+const ORDERS: ReadonlySet<EventOf<"run.command">["data"]["command"]> = new Set([
+  "pause",
+  "resume",
+  "return",
+  "land",
+] as const);
 
 function assignRunChange({ run_id, data: run }: EventOf<"run.changed">, current: Assignment | null): Assignment {
   switch (run.state) {

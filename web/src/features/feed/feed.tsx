@@ -82,7 +82,7 @@ function EventGroupRow({ group }: { group: EventGroup }) {
   return (
     <li class={`event-group tone-${words.tone}`} data-event-group={group.key}>
       <div class="event-line">
-        <BriefTime event={events.at(-1) ?? head} />
+        <BriefTime event={head} />
         <i />
         <EventSentence event={head} text={words.text} />
         <button

@@ -31,10 +31,12 @@ const FORMATTERS: { readonly [T in Topic]?: Formatter } = {
     return state === "flying" ? { text: `${vehicle_id} started ${name}.`, tone: "ok" } : null;
   },
   item: formatItem,
-  pause: ({ head, events }, names) => {
+  pause: ({ head, events, pausedAt }, names) => {
     if (head.kind !== "run.changed" || head.data.state !== "flying") return null;
-    const paused = eventsOf(events, "run.changed").find(({ data }) => data.state === "paused");
-    const after = paused === undefined ? "" : ` after ${seconds(head.time - paused.time)}`;
+    const isResumed =
+      pausedAt !== null || eventsOf(events, "run.command").some(({ data }) => data.command === "resume");
+    if (!isResumed) return null;
+    const after = pausedAt === null ? "" : ` after ${seconds(head.time - pausedAt)}`;
     return { text: `${head.data.vehicle_id} resumed ${runName(head.data, names, "run")}${after}.`, tone: "ok" };
   },
   end: ({ head }, names) => {

@@ -12,7 +12,7 @@ import type {
 } from "../../api/types";
 import {
   certaintyLabel,
-  dropPhaseLabel,
+  dropLabel,
   flightModeLabel,
   formatConsent,
   isAcknowledgedOnly,
@@ -173,7 +173,7 @@ const COMMAND_OUTCOMES: Readonly<Record<EventOf<"vehicle.command">["data"]["outc
 function formatVehicleCommand({ data }: EventOf<"vehicle.command">, vehicle: string): EventText {
   const { command, actor, outcome, reason } = data;
   const text = `${actor} commanded ${vehicle} to ${command}: ${COMMAND_OUTCOMES[outcome]}${because(reason)}.`;
-  return outcome === "failed" ? warn(text) : info(text);
+  return outcome === "failed" ? danger(text) : info(text);
 }
 
 function formatLinkKey({ data }: EventOf<"vehicle.link_key">, vehicle: string): EventText {
@@ -352,7 +352,7 @@ function formatDrop({ data: drop }: EventOf<"run.drop">, vehicle: string): Event
     case "unknown":
       return danger(`It is unknown whether ${vehicle} released ${item}.${reason}`);
     case "pending": {
-      const text = `${vehicle}: drop ${item}: ${dropPhaseLabel(drop.phase).toLowerCase()}.`;
+      const text = `${vehicle}: drop ${item}: ${dropLabel(drop).toLowerCase()}.`;
       if (drop.output_evidence === "not_assigned") return warn(`${text} No output is assigned to the gripper.`);
       return { text, tone: "drop" };
     }
