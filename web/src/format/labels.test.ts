@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
-import type { FlightMode, LandedState } from "../api/types";
-import { flightModeLabel, flightModeTone, landedLabel, vehicleTypeNoun } from "./labels";
+import type { ConsentState, FlightMode, LandedState } from "../api/types";
+import { sampleConsent, sampleDrop } from "../testing/samples";
+import { dropLabel, flightModeLabel, flightModeTone, landedLabel, vehicleTypeNoun } from "./labels";
 
 it("values that only a newer service knows are shown as they are", () => {
   const labels = [flightModeLabel("some_new_mode" as FlightMode), landedLabel("submerged" as LandedState)];
@@ -21,4 +22,9 @@ describe("Mission mode", () => {
       Array(3).fill("neutral"),
     );
   });
+});
+
+it("a drop waits for consent until it is granted", () => {
+  const asking = (state: ConsentState) => dropLabel(sampleDrop({ phase: "asking", consent: sampleConsent({ state }) }));
+  expect([asking("asked"), asking("granted")]).toEqual(["Waiting for consent", "Consent granted"]);
 });

@@ -162,7 +162,10 @@ export function isAcknowledgedOnly(drop: Pick<DropRecord, "outcome" | "certainty
 
 /** What a drop is doing, and at its end what became of it. */
 export function dropLabel(drop: DropRecord): string {
-  if (drop.outcome === "pending") return dropPhaseLabel(drop.phase);
+  if (drop.outcome === "pending")
+    return drop.phase === "asking" && drop.consent?.state === "granted"
+      ? CONSENT_STATES.granted
+      : dropPhaseLabel(drop.phase);
   return isAcknowledgedOnly(drop) ? "Acknowledged only" : (DROP_OUTCOMES[drop.outcome]?.[0] ?? humanize(drop.outcome));
 }
 

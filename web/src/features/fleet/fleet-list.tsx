@@ -222,7 +222,7 @@ function VehicleDetails({ id }: { id: string }) {
   const ground = north === null || east === null ? null : Math.hypot(north, east);
   return (
     <div class="vehicle-details">
-      <dl class="facts">
+      <dl class={state.connected ? "facts" : "facts stale"}>
         <Fact name="Altitude" value={formatAltitude(state.relative_altitude_m)} />
         <Fact name="Ground speed" value={formatSpeed(ground)} />
         <Fact

@@ -16,6 +16,7 @@ export interface LabelRequest {
   readonly place: ScreenPoint;
   readonly label: string;
   readonly selected: boolean;
+  readonly stale: boolean;
 }
 
 /** Sizes in pixels of the screen. */
@@ -28,8 +29,11 @@ export interface LabelMetrics {
   widthOf(label: string): number;
 }
 
+/** One vehicle of a list, or the number of the rest. */
+type LabelLine = Pick<LabelRequest, "label" | "stale">;
+
 interface LabelBlock extends LabelRect {
-  readonly lines: readonly string[];
+  readonly lines: readonly LabelLine[];
 }
 
 /** The rest is counted. */
@@ -42,7 +46,7 @@ const PADDING_PX = 2;
 export function placeLabels(seen: readonly LabelRequest[], look: LabelMetrics): LabelBlock[] {
   const room = new Room();
   return groupsOf(seen, look.away).flatMap(({ place, lines }) => {
-    const half = Math.max(...lines.map((line) => look.widthOf(line))) / 2 + PADDING_PX;
+    const half = Math.max(...lines.map(({ label }) => look.widthOf(label))) / 2 + PADDING_PX;
     const high = lines.length * look.line;
     const box = around(place, half, high, look.away).find((one) => room.take(one));
     return box === undefined ? [] : [{ ...box, lines }];
@@ -51,7 +55,7 @@ export function placeLabels(seen: readonly LabelRequest[], look: LabelMetrics): 
 
 interface Group {
   readonly place: ScreenPoint;
-  readonly lines: readonly string[];
+  readonly lines: readonly LabelLine[];
 }
 
 /** Each with the place of its topmost vehicle. The chosen vehicle leads its list, the others follow in their order. */
@@ -69,13 +73,13 @@ function groupsOf(seen: readonly LabelRequest[], within_px: number): Group[] {
   );
 }
 
-function linesOf(members: readonly LabelRequest[]): string[] {
+function linesOf(members: readonly LabelRequest[]): LabelLine[] {
   const [top, ...others] = members;
   const inOrder = top?.selected === true ? [top, ...others.reverse()] : members.toReversed();
-  const names = inOrder.map(({ label }) => label);
-  return names.length <= MOST_LINES
-    ? names
-    : [...names.slice(0, MOST_LINES - 1), `+${names.length - MOST_LINES + 1} more`];
+  const lines = inOrder.map(({ label, stale }) => ({ label, stale }));
+  return lines.length <= MOST_LINES
+    ? lines
+    : [...lines.slice(0, MOST_LINES - 1), { label: `+${lines.length - MOST_LINES + 1} more`, stale: false }];
 }
 
 /** Below, above, right, left. */

@@ -201,15 +201,15 @@ export class VehicleLayer {
     c.lineJoin = "round";
     c.lineWidth = 3.2 * scale;
     c.strokeStyle = palette.halo;
-    c.fillStyle = palette.text;
     const line = high + LINE_GAP_PX * scale;
-    const labelled = seen.map(({ mark: { label, selected }, place }) => ({ label, selected, place }));
+    const labelled = seen.map(({ mark: { label, selected, stale }, place }) => ({ label, selected, stale, place }));
     for (const { lines, left, right, top } of placeLabels(labelled, {
       line,
       away: LABEL_AWAY_PX * scale,
       widthOf: (label) => this.#widthOf(label),
     })) {
-      for (const [i, label] of lines.entries()) {
+      for (const [i, { label, stale }] of lines.entries()) {
+        c.fillStyle = stale ? palette.ringText : palette.text;
         c.strokeText(label, (left + right) / 2, top + i * line);
         c.fillText(label, (left + right) / 2, top + i * line);
       }

@@ -18,6 +18,16 @@ describe("vehicles on the map", () => {
     ]).toEqual(["ok", "stale", "stale", "stale", "danger"]);
   });
 
+  it("that are lost say so beside what was measured last", () => {
+    const label = (fields: object) =>
+      vehicleMarks({ v1: sampleVehicle({ state: sampleState(fields) }) }, null, true)[0]?.label;
+    expect([
+      label({}),
+      label({ relative_altitude_m: 20 }),
+      label({ relative_altitude_m: 20, connected: false }),
+    ]).toEqual(["v1", "v1 · 20 m", "v1 · 20 m · lost"]);
+  });
+
   it("are not drawn at a position that nobody knows", () => {
     expect(vehicleMarks({ v1: sampleVehicle({ state: sampleState({ latitude_deg: null }) }) }, null, true)).toEqual([]);
   });
@@ -37,6 +47,7 @@ describe("vehicles on the map", () => {
       { heading_deg: 77 },
       { relative_altitude_m: 50 },
       { in_failsafe: true },
+      { connected: false },
     ])
       expect(sameMarks(before, changed(seen)), JSON.stringify(seen)).toBe(false);
     expect(sameMarks(before, vehicleMarks(fleet, "v3", true))).toBe(false);

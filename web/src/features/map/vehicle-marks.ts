@@ -1,6 +1,7 @@
 /** The vehicles as the map shows them, and which vehicle a pointer means. Pure. */
 
 import type { Vehicle } from "../../api/types";
+import { joinParts } from "../../format/text";
 import { formatWholeAltitude } from "../../format/units";
 import type { Point } from "../../geo/geometry";
 import { STALE_LINK_S } from "../fleet/filter";
@@ -13,6 +14,8 @@ export interface VehicleMark {
   readonly heading_deg: number;
   readonly selected: boolean;
   readonly label: string;
+  /** What is shown is from before its link was lost, or the page's connection. */
+  readonly stale: boolean;
 }
 
 /** On the screen, in its pixels. */
@@ -30,7 +33,11 @@ export function vehicleMarks(
   const marks = Object.values(vehicles).flatMap((vehicle): VehicleMark[] => {
     const { latitude_deg: lat, longitude_deg: lon, heading_deg, relative_altitude_m: altitude } = vehicle.state;
     if (lat === null || lon === null) return [];
-    const label = altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${formatWholeAltitude(altitude)}`;
+    const parts = [
+      vehicle.id,
+      altitude === null || altitude < 1 ? "" : formatWholeAltitude(altitude),
+      vehicle.state.connected ? "" : "lost",
+    ];
     return [
       {
         id: vehicle.id,
@@ -38,7 +45,8 @@ export function vehicleMarks(
         icon: `vehicle:${vehicle.vehicle_type ?? "unknown"}:${toneOf(vehicle, live)}`,
         heading_deg: Math.round(heading_deg ?? 0),
         selected: vehicle.id === selected,
-        label,
+        label: joinParts(parts),
+        stale: isStale(vehicle, live),
       },
     ];
   });
@@ -47,7 +55,11 @@ export function vehicleMarks(
 
 function toneOf({ state, quarantined }: Vehicle, live: boolean): string {
   if (quarantined !== null || state.in_failsafe) return "danger";
-  return live && state.connected && (state.heartbeat_age_s ?? 0) < STALE_LINK_S ? "ok" : "stale";
+  return isStale({ state }, live) ? "stale" : "ok";
+}
+
+function isStale({ state }: Pick<Vehicle, "state">, live: boolean): boolean {
+  return !live || !state.connected || (state.heartbeat_age_s ?? 0) >= STALE_LINK_S;
 }
 
 export function sameMarks(before: readonly VehicleMark[], after: readonly VehicleMark[]): boolean {
@@ -63,7 +75,8 @@ export function sameMarks(before: readonly VehicleMark[], after: readonly Vehicl
         was.icon === mark.icon &&
         was.heading_deg === mark.heading_deg &&
         was.selected === mark.selected &&
-        was.label === mark.label
+        was.label === mark.label &&
+        was.stale === mark.stale
       );
     })
   );

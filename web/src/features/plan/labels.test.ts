@@ -124,10 +124,17 @@ describe("the prediction", () => {
 describe("what is in the way of an upload", () => {
   const run = { vehicle_id: "v1", state: "uploaded" } as const;
 
-  it("is errors first, else the run that the vehicle has, which need not be the plan on the map", () => {
-    expect(describeUploadObstacle(0, null, null)).toBeNull();
-    expect(describeUploadObstacle(1, run, "Clinic run")).toBe("1 error to mend before the upload.");
-    expect(describeUploadObstacle(0, run, "Clinic run")).toBe(
+  const heard = { id: "v1", connected: true };
+  const lost = { id: "v1", connected: false };
+
+  it("is errors first, else a lost link, else the run that the vehicle has, which need not be the plan on the map", () => {
+    expect(describeUploadObstacle(0, null, null, null)).toBeNull();
+    expect(describeUploadObstacle(0, heard, null, null)).toBeNull();
+    expect(describeUploadObstacle(1, lost, run, "Clinic run")).toBe("1 error to mend before the upload.");
+    expect(describeUploadObstacle(0, lost, run, "Clinic run")).toBe(
+      "The link to v1 is lost. Upload the plan when the vehicle is heard again.",
+    );
+    expect(describeUploadObstacle(0, heard, run, "Clinic run")).toBe(
       "v1 has “Clinic run” (ready to start). Another plan can follow when that run is over.",
     );
   });

@@ -97,13 +97,19 @@ function formatAlternate({ item_id, distance_m, duration_s }: Timeline["alternat
   return `${item_id}, ${formatDistance(distance_m)}, ${formatDuration(Math.round(duration_s))}`;
 }
 
-/** What is in the way of an upload, or null: errors of the plan, else the run that the vehicle has. */
+/**
+ * What is in the way of an upload, or null: errors of the plan, else that the vehicle is not heard, else the run that it
+ * has.
+ */
 export function describeUploadObstacle(
   errors: number,
+  vehicle: { readonly id: string; readonly connected: boolean } | null,
   run: { readonly vehicle_id: string; readonly state: RunState } | null,
   name: string | null,
 ): string | null {
   if (errors > 0) return `${countOf(errors, "error")} to mend before the upload.`;
+  if (vehicle?.connected === false)
+    return `The link to ${vehicle.id} is lost. Upload the plan when the vehicle is heard again.`;
   if (run === null) return null;
   const plan = name === null ? "a run" : `“${name}”`;
   const state = runStateLabel(run.state).toLowerCase();

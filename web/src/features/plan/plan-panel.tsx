@@ -1,3 +1,4 @@
+import { computed } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { vehicleTypeLabel } from "../../format/labels";
@@ -108,6 +109,8 @@ function CheckResult() {
   );
 }
 
+const errorCount = computed(() => findings.value.filter(({ severity }) => severity === "error").length);
+
 /** Choose the vehicle and upload. Starting is a step of its own, in the run panel. */
 function SendForm() {
   const plan = draftView.value;
@@ -118,6 +121,7 @@ function SendForm() {
       quarantined: vehicles.value[id]?.quarantined !== null,
     })),
   ).value;
+  const obstacle = useStableComputed(uploadObstacle).value;
   const suitable = fleet
     .filter(({ type, quarantined }) => !quarantined && type === (plan?.vehicleType ?? null))
     .map(({ id }) => id);
@@ -155,8 +159,8 @@ function SendForm() {
           ))}
         </select>
       </label>
-      <UploadObstacle vehicle={chosen} />
-      <button type="submit" class="primary" disabled={!canSend.value || chosen === null}>
+      {obstacle !== null && <UploadObstacle {...obstacle} />}
+      <button type="submit" class="primary" disabled={!canSend.value || chosen === null || obstacle !== null}>
         <Icon name="up" />
         {sendingPlan.value ? "Uploading…" : chosen === null ? "Upload" : `Upload to ${chosen}`}
       </button>
@@ -164,17 +168,22 @@ function SendForm() {
   );
 }
 
+/** For the chosen vehicle; null: none. A run that it has is no failure. */
+function uploadObstacle(): { readonly text: string; readonly isFailure: boolean } | null {
+  const vehicle = vehicles.value[vehicleId.value ?? ""];
+  const run = vehicle === undefined ? null : currentRun(vehicle, runs.value);
+  const heard = vehicle === undefined ? null : { id: vehicle.id, connected: vehicle.state.connected };
+  const errors = errorCount.value;
+  const text = describeUploadObstacle(errors, heard, run, run === null ? null : planName(run.plan_id));
+  return text === null ? null : { text, isFailure: errors > 0 || heard?.connected === false };
+}
+
 /** Above the button, because errors may be out of sight, and what is on the map may not be what the vehicle has. */
-function UploadObstacle({ vehicle }: { vehicle: string | null }) {
-  const errors = findings.value.filter(({ severity }) => severity === "error").length;
-  const state = vehicle === null ? undefined : vehicles.value[vehicle];
-  const run = state === undefined ? null : currentRun(state, runs.value);
-  const text = describeUploadObstacle(errors, run, run === null ? null : planName(run.plan_id));
-  if (text === null) return null;
+function UploadObstacle({ text, isFailure }: { text: string; isFailure: boolean }) {
   return (
-    <p class={`obstacle hint ${errors > 0 ? "tone-danger" : ""}`}>
+    <p class={isFailure ? "obstacle tone-danger" : "obstacle hint"}>
       {text}
-      {errors > 0 && (
+      {errorCount.value > 0 && (
         <button type="button" class="small" onClick={showFirstError}>
           Show the first
         </button>

@@ -7,9 +7,11 @@ import { reportProblem } from "../../store/notices";
 import { hasRole } from "../../store/principal";
 import { hasRunEnded } from "../../store/runs";
 import { panel, selectedRun, selectRun, showView, view } from "../../store/selection";
-import { dispatch, live, runs, world } from "../../store/store";
+import { dispatch, live, runs, vehicles, world } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
+import { useStableComputed } from "../../ui/use-stable-computed";
+import { LinkLostAtDrop } from "./link-lost";
 
 /**
  * A drop that asks: which vehicle, what was checked, how long; the release is held to confirm, the refusal is one
@@ -20,6 +22,7 @@ export function ConsentCard({ question: { run, drop, consent }, first }: { quest
   const left_s = secondsLeft(consent, serviceNow(world.value.serviceAhead_s));
   const whole_s =
     consent.deadline_at === null || consent.asked_at === null ? null : consent.deadline_at - consent.asked_at;
+  const isHeard = useStableComputed(() => vehicles.value[run.vehicle_id]?.state.connected !== false).value;
   const disabled = busy || !live.value || left_s === 0 || !hasRole("pilot");
   const answer = async (grant: boolean) => {
     setBusy(true);
@@ -35,7 +38,8 @@ export function ConsentCard({ question: { run, drop, consent }, first }: { quest
     <section class="consent-card tone-drop" aria-label={`${run.vehicle_id} asks for consent to ${drop.plan_item_id}`}>
       <header>
         <h4>
-          {run.vehicle_id} holds at “{drop.plan_item_id}”. Release the parcel?
+          {isHeard ? `${run.vehicle_id} holds` : `${run.vehicle_id}, when it was heard last, held`} at “
+          {drop.plan_item_id}”. Release the parcel?
         </h4>
         <b class="countdown" role="timer">
           {left_s === null ? "" : `${Math.ceil(left_s)} s`}
@@ -44,6 +48,7 @@ export function ConsentCard({ question: { run, drop, consent }, first }: { quest
       {left_s !== null && whole_s !== null && (
         <progress max={whole_s} value={left_s} aria-label="Time left to answer" />
       )}
+      <LinkLostAtDrop vehicle={run.vehicle_id} />
       <p class="consent-checks">{checksOf(consent)}</p>
       <div class="actions">
         <HoldButton
@@ -100,7 +105,7 @@ export function ConsentAlerts() {
             <div>
               <b>{run.vehicle_id} waits for your consent</b>
               <p>
-                “{drop.plan_item_id}”
+                “{drop.plan_item_id}”{vehicles.value[run.vehicle_id]?.state.connected === false && ", link lost"}
                 <span aria-hidden="true">{left_s === null ? "" : `, ${Math.ceil(left_s)} s left`}</span>
               </p>
             </div>

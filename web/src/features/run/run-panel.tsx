@@ -20,6 +20,7 @@ import { PlanItems } from "../plan/plan-items";
 import { itemProgress } from "../plan/progress";
 import { ConsentCard, consentRequests } from "./consent";
 import { DropCard } from "./drop-card";
+import { LinkLost } from "./link-lost";
 import { MovingTargets } from "./moving-targets";
 import { canStartTogether, OpenRuns } from "./open-runs";
 import { allowedActions, RunActions } from "./run-actions";
@@ -159,6 +160,7 @@ function RunHead({ run }: { run: Run }) {
         <FlightDuration run={run} />
       </small>
       {reason !== null && <p class="run-reason">{capitalize(formatReason(reason))}</p>}
+      {!hasRunEnded(run) && <LinkLost vehicle={run.vehicle_id} />}
       {isToBeFetched(run) && run.last_position !== null && <LastPosition heard={run.last_position} />}
       <RunContinuation run={run} />
       {run.rally !== null && <p class="run-rally">{capitalize(formatReason(run.rally.reason))}</p>}

@@ -1,5 +1,7 @@
 import { formatAltitude, formatPercent, formatSpeed } from "../../format/units";
+import { vehicles } from "../../store/store";
 import { type Sample, stripPath, telemetryHistory, telemetryVersion } from "../../store/telemetry-history";
+import { useStableComputed } from "../../ui/use-stable-computed";
 
 const WIDTH = 200;
 const HEIGHT = 36;
@@ -18,13 +20,14 @@ const QUANTITIES: readonly Quantity[] = [
   { name: "Battery", of: (sample) => sample.battery_percent, say: formatPercent, least_range: 5 },
 ];
 
-/** Height, speed and battery of the last minutes, as this page has seen them. */
+/** Height, speed and battery of the last minutes, as this page has seen them; grey if the vehicle is not heard. */
 export function TelemetryStrips({ vehicle }: { vehicle: string }) {
+  const isLost = useStableComputed(() => vehicles.value[vehicle]?.state.connected === false).value;
   void telemetryVersion.value;
   const samples = telemetryHistory.of(vehicle);
   if (samples.length < 2) return null;
   return (
-    <section class="strips" aria-label={`Telemetry of ${vehicle}`}>
+    <section class={isLost ? "strips stale" : "strips"} aria-label={`Telemetry of ${vehicle}`}>
       {QUANTITIES.map((quantity) => (
         <Strip key={quantity.name} quantity={quantity} samples={samples} />
       ))}
