@@ -28,6 +28,8 @@ export function App() {
       <div>
         <Header />
         <TourBar />
+        <ConsentAlerts />
+        <Notices />
       </div>
       <main>
         <MapView />
@@ -43,8 +45,6 @@ export function App() {
       </main>
       <ViewBar />
       <FileDrop />
-      <ConsentAlerts />
-      <Notices />
       <TokenDialog />
       <Shortcuts />
     </div>

@@ -2,11 +2,11 @@ import { toSentence, toSentences } from "../format/text";
 import { dismiss, notices } from "../store/notices";
 import { Icon } from "../ui/icons";
 
-/** Problems: what was tried, what is wrong, how to solve it, and the code to look up. */
+/** Problems, the newest first: what was tried, what is wrong, how to solve it, and the code to look up. */
 export function Notices() {
   return (
     <div class="notices" role="alert">
-      {notices.value.map(({ id, action, problem }) => (
+      {notices.value.toReversed().map(({ id, action, problem }) => (
         <article key={id} class="notice">
           <Icon name="error" />
           <div>

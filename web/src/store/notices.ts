@@ -1,4 +1,4 @@
-/** Problems shown to the operator until dismissed, newest last, few at a time. */
+/** Problems shown to the operator until dismissed, or until their vehicle obeys: newest last, few at a time. */
 
 import { signal } from "@preact/signals";
 import { type ProblemError, toProblem } from "../api/problem";
@@ -8,6 +8,8 @@ interface Notice {
   /** What was tried: "Start v1". */
   readonly action: string;
   readonly problem: ProblemError;
+  /** Of a command to a vehicle. */
+  readonly vehicle: string | null;
 }
 
 const LIMIT = 3;
@@ -15,11 +17,17 @@ let nextId = 1;
 
 export const notices = signal<readonly Notice[]>([]);
 
-export function reportProblem(action: string, error: unknown): void {
-  const notice = { id: nextId++, action, problem: toProblem(error) };
+export function reportProblem(action: string, error: unknown, vehicle: string | null = null): void {
+  const notice = { id: nextId++, action, problem: toProblem(error), vehicle };
   notices.value = [...notices.value.filter((other) => other.action !== action), notice].slice(-LIMIT);
 }
 
 export function dismiss(id: number): void {
   notices.value = notices.value.filter((notice) => notice.id !== id);
+}
+
+/** A command to the vehicle succeeded: what failed before is no news any more. */
+export function dismissOf(vehicle: string): void {
+  if (notices.peek().some((notice) => notice.vehicle === vehicle))
+    notices.value = notices.peek().filter((notice) => notice.vehicle !== vehicle);
 }

@@ -1,6 +1,6 @@
 import { api, type VehicleCommand } from "../../api/client";
 import type { FlightMode, Vehicle } from "../../api/types";
-import { reportProblem } from "../../store/notices";
+import { dismissOf, reportProblem } from "../../store/notices";
 import { hasRole } from "../../store/principal";
 import { live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
@@ -35,7 +35,10 @@ const VERBS: Record<VehicleCommand, string> = { hold: "Hold", return: "Return", 
 function VehicleAction({ vehicle, action }: { vehicle: string; action: VehicleCommand }) {
   const verb = VERBS[action];
   const send = () =>
-    void api.vehicleAction(vehicle, action).catch((error: unknown) => reportProblem(`${verb} ${vehicle}`, error));
+    void api.vehicleAction(vehicle, action).then(
+      () => dismissOf(vehicle),
+      (error: unknown) => reportProblem(`${verb} ${vehicle}`, error, vehicle),
+    );
   return <HoldButton verb={verb} vehicle={vehicle} tone={action === "hold" ? "info" : "warn"} onConfirm={send} />;
 }
 

@@ -5,7 +5,7 @@ import { api } from "../../api/client";
 import { type ProblemError, toProblem } from "../../api/problem";
 import type { Finding, Job, JobRequest, PlanDocument, Timeline, Wind } from "../../api/types";
 import { serviceNow } from "../../store/clock";
-import { reportProblem } from "../../store/notices";
+import { dismissOf, reportProblem } from "../../store/notices";
 import { cachePlan, loadStoredPlans } from "../../store/plans";
 import { selectRun, vehicleId } from "../../store/selection";
 import { dispatch, feed, live, world } from "../../store/store";
@@ -136,8 +136,9 @@ export async function uploadDraft(vehicle: string): Promise<void> {
     const run = await api.createRun(await ensureStored(plan), vehicle, false, air);
     dispatch({ type: "run_read", run });
     selectRun(run.id);
+    dismissOf(vehicle);
   } catch (error) {
-    reportProblem(`Upload to ${vehicle}`, error);
+    reportProblem(`Upload to ${vehicle}`, error, vehicle);
   } finally {
     sendingPlan.value = false;
   }

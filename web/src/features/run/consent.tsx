@@ -3,7 +3,7 @@ import { api } from "../../api/client";
 import type { ConsentRecord, DropRecord, Run } from "../../api/types";
 import { formatAltitude, formatDistance, formatPercent, formatSpeed } from "../../format/units";
 import { serviceNow } from "../../store/clock";
-import { reportProblem } from "../../store/notices";
+import { dismissOf, reportProblem } from "../../store/notices";
 import { hasRole } from "../../store/principal";
 import { hasRunEnded } from "../../store/runs";
 import { panel, selectedRun, selectRun, showView, view } from "../../store/selection";
@@ -28,8 +28,13 @@ export function ConsentCard({ question: { run, drop, consent }, first }: { quest
     setBusy(true);
     try {
       dispatch({ type: "run_read", run: await api.answerConsent(run.id, drop.plan_item_id, grant, consent.question) });
+      dismissOf(run.vehicle_id);
     } catch (error) {
-      reportProblem(`${grant ? "Consent to" : "Refuse"} ${drop.plan_item_id} of ${run.vehicle_id}`, error);
+      reportProblem(
+        `${grant ? "Consent to" : "Refuse"} ${drop.plan_item_id} of ${run.vehicle_id}`,
+        error,
+        run.vehicle_id,
+      );
     } finally {
       setBusy(false);
     }

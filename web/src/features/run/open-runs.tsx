@@ -4,7 +4,7 @@ import { api } from "../../api/client";
 import type { Run } from "../../api/types";
 import { runStateLabel, runStateTone } from "../../format/labels";
 import { countOf } from "../../format/text";
-import { reportProblem } from "../../store/notices";
+import { dismissOf, reportProblem } from "../../store/notices";
 import { planName } from "../../store/plans";
 import { hasRunEnded, newestRuns } from "../../store/runs";
 import { selectedRun, selectRun } from "../../store/selection";
@@ -78,7 +78,8 @@ function OpenRun({ run }: { run: Run }) {
 async function start(run: Run): Promise<void> {
   try {
     dispatch({ type: "run_read", run: await api.runAction(run.id, "start") });
+    dismissOf(run.vehicle_id);
   } catch (error) {
-    reportProblem(`Start ${run.vehicle_id}`, error);
+    reportProblem(`Start ${run.vehicle_id}`, error, run.vehicle_id);
   }
 }

@@ -3,7 +3,7 @@ import { api, type VehicleCommand } from "../../api/client";
 import { toProblem } from "../../api/problem";
 import type { Run, RunAction, RunState } from "../../api/types";
 import type { Tone } from "../../format/labels";
-import { reportProblem } from "../../store/notices";
+import { dismissOf, reportProblem } from "../../store/notices";
 import { dispatch, live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 
@@ -34,8 +34,9 @@ export function RunActionButton({ run, action, primary = false }: ActionProps) {
     setBusy(true);
     try {
       await command(run, action);
+      dismissOf(run.vehicle_id);
     } catch (error) {
-      reportProblem(`${verb} ${run.vehicle_id}`, error);
+      reportProblem(`${verb} ${run.vehicle_id}`, error, run.vehicle_id);
     } finally {
       setBusy(false);
     }

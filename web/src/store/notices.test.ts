@@ -1,0 +1,19 @@
+import { beforeEach, expect, it } from "vitest";
+import { dismissOf, notices, reportProblem } from "./notices";
+
+const shown = () => notices.value.map(({ action }) => action);
+
+beforeEach(() => (notices.value = []));
+
+it("a command that succeeds takes the notices of its vehicle away, and no others", () => {
+  reportProblem("Return v1", new Error("no answer"), "v1");
+  reportProblem("Return v2", new Error("no answer"), "v2");
+  reportProblem("Load the jobs", new Error("no answer"));
+  dismissOf("v1");
+  expect(shown()).toEqual(["Return v2", "Load the jobs"]);
+});
+
+it("what is tried again and fails again is one notice, and only the newest are kept", () => {
+  for (const action of ["a", "b", "a", "c", "d"]) reportProblem(action, new Error("no answer"));
+  expect(shown()).toEqual(["a", "c", "d"]);
+});
