@@ -32,6 +32,8 @@ export const planCheck = signal<PlanCheckState>({ kind: "none" });
 /** The text changed and the service has not answered to it yet: what is shown is about an earlier text. */
 export const checkingPlan = signal(false);
 export const sendingPlan = signal(false);
+/** The run that this page made last. */
+export const uploadedRun = signal<string | null>(null);
 
 export const findings = computed<readonly Finding[]>(() => {
   if (planCheck.value.kind === "done") return planCheck.value.findings;
@@ -135,6 +137,7 @@ export async function uploadDraft(vehicle: string): Promise<void> {
   try {
     const run = await api.createRun(await ensureStored(plan), vehicle, false, air);
     dispatch({ type: "run_read", run });
+    uploadedRun.value = run.id;
     selectRun(run.id);
     dismissOf(vehicle);
   } catch (error) {

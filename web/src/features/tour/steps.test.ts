@@ -12,11 +12,12 @@ test("each step follows from what was done, and a flight that was made counts be
     NOTHING,
     { ...NOTHING, vehicle: "v1" },
     { ...NOTHING, vehicle: "v1", hasPlan: true },
+    { ...NOTHING, vehicle: "v1", hasPlan: true, run: run("aborted", null) },
     { ...NOTHING, run: run("uploaded", null) },
     { ...NOTHING, run: run("at_drop", 5) },
     { ...NOTHING, run: run("completed", 5) },
   ];
-  expect(done.map(stepOf)).toEqual([0, 1, 2, 3, 4, STEPS]);
+  expect(done.map(stepOf)).toEqual([0, 1, 2, 2, 3, 4, STEPS]);
 });
 
 test("every step has its own title and says where to go", () => {

@@ -9,7 +9,7 @@ export interface Progress {
   readonly vehicle: string | null;
   /** Whether a plan for a multicopter is open. */
   readonly hasPlan: boolean;
-  /** The flight that was made on this tour. */
+  /** The run that was made on this tour. One that ended before its start was no flight. */
   readonly run: Pick<Run, "state" | "started_at"> | null;
 }
 
@@ -24,7 +24,8 @@ export const STEPS = 5;
 
 /** 0 to 4; `STEPS` once the flight has ended. */
 export function stepOf({ vehicle, hasPlan, run }: Progress): number {
-  if (run !== null) return hasRunEnded(run) ? STEPS : run.started_at === null ? 3 : 4;
+  if (run !== null && run.started_at !== null) return hasRunEnded(run) ? STEPS : 4;
+  if (run !== null && !hasRunEnded(run)) return 3;
   return vehicle === null ? 0 : hasPlan ? 2 : 1;
 }
 

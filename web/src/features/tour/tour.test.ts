@@ -4,6 +4,7 @@ import { selectVehicle, view } from "../../store/selection";
 import { world } from "../../store/store";
 import { EMPTY_WORLD } from "../../store/world";
 import { sampleRun, sampleVehicle } from "../../testing/samples";
+import { uploadedRun } from "../plan/draft";
 import { simulator } from "../simulator/simulator";
 import { act, endTour, startTour, tourStep } from "./tour";
 
@@ -33,7 +34,11 @@ test("after the upload the tour leads to the start, to the drop and to the run's
   selectVehicle("v1");
   startTour();
   expect(shown()).toEqual([2, "Open a plan"]);
-  fly(before, run("uploaded", null));
+  const foreign = sampleRun({ id: "foreign", state: "aborted", created_at: 3 });
+  fly(before, foreign);
+  expect(shown()).toEqual([2, "Open a plan"]);
+  uploadedRun.value = "tour";
+  fly(before, run("uploaded", null), foreign);
   expect(shown()).toEqual([4, "Start the flight"]);
   fly(before, run("flying", 3));
   expect(shown()).toEqual([5, "Watch the drop"]);

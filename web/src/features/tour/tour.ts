@@ -1,16 +1,22 @@
 /** A tour of a first flight with a simulated vehicle: it watches what the user does, and goes on by itself. */
 
 import { computed, signal } from "@preact/signals";
-import { newestRuns } from "../../store/runs";
 import { selectedVehicle, selectVehicle, showView } from "../../store/selection";
 import { runs, vehicles } from "../../store/store";
+import { uploadedRun } from "../plan/draft";
 import { draftView, openDraft, planText } from "../plan/draft-text";
 import { simulator } from "../simulator/simulator";
 import { examplePlan } from "./example-plan";
 import { describeStep, STEPS, type Step, stepOf } from "./steps";
 
-/** The runs that there were before; null while there is no tour. */
-const before = signal<ReadonlySet<string> | null>(null);
+/** The run that this page had made before; null while there is no tour. */
+const before = signal<{ readonly run: string | null } | null>(null);
+
+/** The run that was made on the tour: other clients make runs too. */
+const ownRun = computed(() => {
+  const made = uploadedRun.value;
+  return made === null || made === before.value?.run ? null : (runs.value[made] ?? null);
+});
 
 /** Simulated multicopters: the example is for one of them. */
 const suitable = computed(() => {
@@ -23,7 +29,7 @@ const suitable = computed(() => {
 export const canTour = computed(() => suitable.value.length > 0);
 
 export function startTour(): void {
-  before.value = new Set(Object.keys(runs.peek()));
+  before.value = { run: uploadedRun.peek() };
 }
 
 export function endTour(): void {
@@ -37,9 +43,8 @@ interface TourStep extends Step {
 }
 
 export const tourStep = computed<TourStep | null>(() => {
-  const known = before.value;
-  if (known === null) return null;
-  const run = newestRuns(runs.value).find(({ id }) => !known.has(id)) ?? null;
+  if (before.value === null) return null;
+  const run = ownRun.value;
   const chosen = suitable.value.find((id) => id === selectedVehicle.value?.id) ?? null;
   const step = stepOf({ vehicle: chosen, hasPlan: draftView.value?.vehicleType === "multicopter", run });
   const vehicle = run?.vehicle_id ?? chosen ?? suitable.value[0];
