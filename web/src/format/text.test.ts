@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { capitalize, countOf, joinParts, shortId, toSentences } from "./text";
+import { capitalize, countOf, joinParts, shortId, shortName, toSentences } from "./text";
 
 it("clauses become sentences, and names in them stay names", () => {
   expect(["the gripper follows no item", "hold_s is too long", "v1 is busy", ""].map(capitalize)).toEqual([
@@ -23,4 +23,10 @@ it("counts and ids are short", () => {
     "r1",
     "?",
   ]);
+});
+
+it("a long name leaves room for its sentence, and no letter is cut in two", () => {
+  expect([shortName("Clinic run"), shortName("n".repeat(48))]).toEqual(["Clinic run", "n".repeat(48)]);
+  expect(shortName("n".repeat(200))).toBe(`${"n".repeat(47)}…`);
+  expect(shortName("🚁".repeat(60))).toBe(`${"🚁".repeat(47)}…`);
 });

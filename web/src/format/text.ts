@@ -39,6 +39,19 @@ export function countOf(count: number, noun: string): string {
   return `${count} ${noun}${count === 1 ? "" : "s"}`;
 }
 
+const LONGEST_NAME = 48;
+
+/** A name as part of a sentence: a long one without its end, so that the rest of the sentence is seen. */
+export function shortName(name: string): string {
+  const letters = [...name];
+  return letters.length <= LONGEST_NAME
+    ? name
+    : `${letters
+        .slice(0, LONGEST_NAME - 1)
+        .join("")
+        .trimEnd()}…`;
+}
+
 /** Ids are long: enough of one to tell it from the others. */
 export function shortId(id: string | null): string {
   return id === null ? "?" : id.length > 12 ? `${id.slice(0, 8)}…` : id;

@@ -1,13 +1,13 @@
 import { useMemo, useState } from "preact/hooks";
 import type { StreamEvent } from "../../api/types";
-import { countOf, shortId } from "../../format/text";
+import { countOf, joinParts, shortId, shortName } from "../../format/text";
 import { formatClock, formatTimestamp } from "../../format/units";
 import { planName } from "../../store/plans";
 import { selectedRun, selectRun, vehicleId } from "../../store/selection";
 import { feed } from "../../store/store";
 import { type EventGroup, groupEvents } from "./event-groups";
 import { FEED_FILTERS, type FeedFilter, matchesFilter } from "./filter";
-import { type EventText, formatEvent } from "./format-event";
+import { type EventText, formatEvent, planNameIn } from "./format-event";
 import { formatEventGroup } from "./format-event-group";
 
 /** Rows drawn at first; more on request, up to all that is kept. */
@@ -135,11 +135,14 @@ function timeTitle(event: StreamEvent): string {
   return `${formatTimestamp(event.time)} · event ${event.position}`;
 }
 
+/** The title has the whole of a name that is too long for the sentence. */
 function EventSentence({ event, text }: { event: StreamEvent; text: string }) {
   const run = event.run_id;
-  if (run === null) return <span>{text}</span>;
+  const name = planNameIn(event, planName);
+  const long = name === null || shortName(name) === name ? "" : `“${name}”`;
+  if (run === null) return <span title={long || undefined}>{text}</span>;
   return (
-    <button type="button" class="plain" title={`Show run ${run}`} onClick={() => selectRun(run)}>
+    <button type="button" class="plain" title={joinParts([long, `Show run ${run}`])} onClick={() => selectRun(run)}>
       {text}
     </button>
   );
@@ -147,13 +150,5 @@ function EventSentence({ event, text }: { event: StreamEvent; text: string }) {
 
 /** The title names the run: plans may share a name. */
 function isNamed(event: StreamEvent): boolean {
-  switch (event.kind) {
-    case "run.created":
-    case "run.changed":
-    case "run.continued":
-    case "run.taken_over":
-      return planName(event.data.plan_id) !== null;
-    default:
-      return false;
-  }
+  return event.kind.startsWith("run.") && planNameIn(event, planName) !== null;
 }

@@ -24,7 +24,7 @@ import {
 } from "../../format/labels";
 import { resultLabel, resultTone, severityTone } from "../../format/mavlink";
 import { formatReason } from "../../format/reasons";
-import { closed, humanize, shortId, toSentences } from "../../format/text";
+import { closed, humanize, shortId, shortName, toSentences } from "../../format/text";
 import { formatDistance, formatDuration, formatPercent } from "../../format/units";
 import { readEventTask, taskSummary, taskTitle } from "../tasks/labels";
 
@@ -83,7 +83,7 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
   "offboard.changed": formatOffboardChange,
   "task.changed": formatTaskChange,
   "task.gripper": formatTaskGripper,
-  "plan.created": ({ data }) => neutral(`Plan “${data.name}” was stored.`),
+  "plan.created": ({ data }) => neutral(`Plan “${shortName(data.name)}” was stored.`),
   "run.created": ({ data }, v, names) => neutral(`${runName(data, names)} was created for ${v}.`),
   "run.changed": formatRunChange,
   "run.upload_progress": ({ data }, v) =>
@@ -126,6 +126,23 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
   "simulator.speed": formatSimulatorSpeed,
   "page.missing": ({ data }) => warn(`The service no longer has the events ${data.first} to ${data.last}.`),
 };
+
+/** The name of the plan that an event's sentence names; null: none, or unknown. */
+export function planNameIn(event: StreamEvent, planNames: PlanNames): string | null {
+  switch (event.kind) {
+    case "run.created":
+    case "run.changed":
+    case "run.continued":
+    case "run.taken_over":
+      return planNames(event.data.plan_id);
+    case "plan.created":
+      return event.data.name;
+    case "job.changed":
+      return event.data.job.plan_name;
+    default:
+      return null;
+  }
+}
 
 /** Names runs by their plans where these are known, else by their ids. */
 export function formatEvent(event: StreamEvent, planNames: PlanNames = () => null): EventText {
@@ -302,7 +319,7 @@ export function isPlannedReturn({ state, reason }: Run): boolean {
 /** Of an event with the whole run. */
 export function runName({ id, plan_id }: Run, planNames: PlanNames, noun = "Run"): string {
   const name = planNames(plan_id);
-  return name === null ? `${noun} ${shortId(id)}` : `“${name}”`;
+  return name === null ? `${noun} ${shortId(id)}` : `“${shortName(name)}”`;
 }
 
 function formatRunChange({ data: run }: EventOf<"run.changed">, _: string, planNames: PlanNames): EventText {
@@ -388,7 +405,7 @@ const JOB_ENDS: Readonly<Partial<Record<JobState, Tone>>> = { completed: "ok", f
 function formatJobChange({ data: { change, job }, vehicle_id }: EventOf<"job.changed">): EventText {
   const what = change === "ended" ? job.state : (JOB_CHANGES[change]?.(vehicle_id ?? "its vehicle") ?? "changed");
   const tone = change === "ended" ? (JOB_ENDS[job.state] ?? "neutral") : "info";
-  return { text: `Job “${job.plan_name}” ${what}${because(job.reason)}.`, tone };
+  return { text: `Job “${shortName(job.plan_name)}” ${what}${because(job.reason)}.`, tone };
 }
 
 function formatJobQueueChange({ data }: EventOf<"job.queue_changed">, vehicle: string): EventText {

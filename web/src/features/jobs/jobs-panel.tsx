@@ -183,7 +183,9 @@ function JobCard({ job, position, isNext }: { job: Job; position: QueuePosition 
         aria-expanded={open}
         onClick={() => (expandedJob.value = open ? null : job.id)}
       >
-        <b>{job.plan_name}</b>
+        <b class="two-lines" title={job.plan_name}>
+          {job.plan_name}
+        </b>
         <Badge tone={jobStateTone(job)}>{jobStateLabel(job)}</Badge>
         <JobFacts job={job} />
       </button>

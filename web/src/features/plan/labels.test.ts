@@ -127,7 +127,7 @@ describe("what is in the way of an upload", () => {
   const heard = { id: "v1", connected: true };
   const lost = { id: "v1", connected: false };
 
-  it("is errors first, else a lost link, else the run that the vehicle has, which need not be the plan on the map", () => {
+  it("is errors first, else a lost link, else the run of the vehicle, which need not be the plan on the map", () => {
     expect(describeUploadObstacle(0, null, null, null)).toBeNull();
     expect(describeUploadObstacle(0, heard, null, null)).toBeNull();
     expect(describeUploadObstacle(1, lost, run, "Clinic run")).toBe("1 error to mend before the upload.");

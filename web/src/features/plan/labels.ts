@@ -2,7 +2,7 @@
 
 import type { RunState, Timeline } from "../../api/types";
 import { runStateLabel } from "../../format/labels";
-import { countOf } from "../../format/text";
+import { countOf, shortName } from "../../format/text";
 import { formatAltitude, formatDistance, formatDuration, formatPercent, formatSpeed } from "../../format/units";
 import { alternateOf, type PlanItemView } from "./document";
 import { itemType } from "./item-types";
@@ -98,8 +98,7 @@ function formatAlternate({ item_id, distance_m, duration_s }: Timeline["alternat
 }
 
 /**
- * What is in the way of an upload, or null: errors of the plan, else that the vehicle is not heard, else the run that it
- * has.
+ * What is in the way of an upload, or null: errors of the plan, else a lost link, else the run that the vehicle has.
  */
 export function describeUploadObstacle(
   errors: number,
@@ -111,7 +110,7 @@ export function describeUploadObstacle(
   if (vehicle?.connected === false)
     return `The link to ${vehicle.id} is lost. Upload the plan when the vehicle is heard again.`;
   if (run === null) return null;
-  const plan = name === null ? "a run" : `“${name}”`;
+  const plan = name === null ? "a run" : `“${shortName(name)}”`;
   const state = runStateLabel(run.state).toLowerCase();
   return `${run.vehicle_id} has ${plan} (${state}). Another plan can follow when that run is over.`;
 }

@@ -69,7 +69,9 @@ function PlanSummary() {
   return (
     <section aria-label="The plan">
       <header class="plan-head">
-        <h3>{plan.name}</h3>
+        <h3 class="two-lines" title={plan.name}>
+          {plan.name}
+        </h3>
         <small>
           {[vehicleTypeLabel(plan.vehicleType), plural(plan.items.length, "item"), formatTotal(timeline)]
             .filter((part) => part !== "")

@@ -114,7 +114,12 @@ function NoRun({ children }: { children: ComponentChildren }) {
 /** The name of a run; where there are others, it chooses among them. */
 function RunName({ run }: { run: Run }) {
   const all = newestRuns(runs.value);
-  const title = <h3 class={all.length < 2 ? "" : "visually-hidden"}>{runPlan.value?.name ?? "Run"}</h3>;
+  const name = runPlan.value?.name ?? "Run";
+  const title = (
+    <h3 class={all.length < 2 ? "two-lines" : "visually-hidden"} title={name}>
+      {name}
+    </h3>
+  );
   if (all.length < 2) return title;
   return (
     <>
