@@ -10,11 +10,14 @@ from typing import Any, Final
 
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.json_tree import MAX_BODY_BYTES, read_json
+from app.domain.plan.parse import long_lists
+from app.domain.validation.finding import Finding
 from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import ConversionFinding, Report
 from app.interchange.geojson_writer import geojson_text
 from app.interchange.kml_writer import kml_text
 from app.interchange.plan_draft import finish
+from app.interchange.qgc_outline import long_lists_of_qgc
 from app.interchange.qgc_reader import Unsaid, read_qgc
 from app.interchange.qgc_writer import qgc_text
 from app.interchange.waypoints_reader import HEADER, read_waypoints
@@ -86,7 +89,7 @@ def _read_object(text: str, report: Report) -> dict[str, Any]:
         raise report.refused(
             "conversion.format", "KML and other XML can only be exported: it does not define a mission", _KNOWN
         )
-    tree = read_json(text)
+    tree = read_json(text, _long_lists)
     report.refusals += tree.findings
     report.stop_if_refused()
     if isinstance(tree.value, dict):
@@ -94,8 +97,19 @@ def _read_object(text: str, report: Report) -> dict[str, Any]:
     raise report.refused("conversion.format", "unknown document format", _KNOWN)
 
 
+def _long_lists(document: object) -> list[Finding]:
+    """Before anything is copied: what is far too long is refused at once, and costs no more than its bytes."""
+    if not isinstance(document, dict):
+        return []
+    return long_lists_of_qgc(document) if _is_qgc(document) else long_lists(document)
+
+
+def _is_qgc(document: dict[str, Any]) -> bool:
+    return "fileType" in document or "mission" in document
+
+
 def _json_format(document: dict[str, Any], report: Report) -> SourceFormat:
-    if "fileType" in document or "mission" in document:
+    if _is_qgc(document):
         return SourceFormat.QGC
     if "items" in document or "vehicle_type" in document:
         return SourceFormat.PLAN

@@ -10,6 +10,7 @@ from app.domain.items import PlanItem
 from app.domain.plan import Plan, PlanInvalid, parse_plan
 from app.domain.plan.compiler import EMBEDDED_HOLD_S, brakes_at_waypoint, stop_radius_m
 from app.domain.plan.drops import DropUse, drops_of
+from app.domain.plan.json_tree import MAX_FIELDS
 from app.domain.plan.walk import reference_home, walk
 from app.domain.validation.finding import Finding
 from app.domain.vehicle.state import FlightRegime
@@ -160,7 +161,12 @@ def apply_plan_extra(top: FileObject, draft: PlanDraft, report: Report) -> None:
         report.refuse("conversion.extra", extra.at(key), f"a waydrop object has no given {key!r}")
     extra.version(EXTRA_VERSION)
     written = extra.typed("written", dict, required=False) or {}
-    for name, given in (extra.typed("fields", dict, required=False) or {}).items():
+    fields = extra.typed("fields", dict, required=False) or {}
+    if len(fields) > MAX_FIELDS:  # each is looked up among all places of the file
+        message = f"{len(fields)} fields; a plan has at most {MAX_FIELDS}"
+        report.refuse("conversion.too_large", extra.at("fields"), message)
+        return
+    for name, given in fields.items():
         pointer = f"{extra.pointer}/fields/{name}"
         own = draft.fields.get(name)
         if name in written and own != written[name]:

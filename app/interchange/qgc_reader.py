@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from app.domain.mission import MavCmd, MavFrame
-from app.domain.plan.json_tree import MAX_ITEMS
 from app.domain.validation.finding import json_pointer
 from app.domain.vehicle.state import VehicleType, vehicle_type
 from app.interchange.findings import FileObject, Report, is_number
@@ -73,8 +72,6 @@ def _name_what_is_lost(item: FileObject, report: Report) -> None:
     item.name_unknown(LANDING_KEYS)
 
 
-MAX_FILE_ITEMS: Final = 4 * MAX_ITEMS
-"""A drop or a landing that Waydrop writes is three items, a waypoint with a speed two."""
 _ROLES: Final = ("speed", "pause", "cruise_speed", "wait")
 _EXTRA_KEYS: Final = frozenset({"id", "role", "fields", "written"})
 _SAME_M: Final = 0.01
@@ -82,13 +79,7 @@ _OTHER_REFERENCE: Final = {ALTITUDE_RELATIVE: ABSOLUTE, ALTITUDE_ABSOLUTE: RELAT
 
 
 def read_qgc_items(items: Sequence[Any], pointer: str, altitude_mode: int | None, report: Report) -> list[FileItem]:
-    """All mission items that the file stands for, in order; what cannot be read is refused and left out.
-
-    A file of more than MAX_FILE_ITEMS is refused before any is looked at.
-    """
-    if len(items) > MAX_FILE_ITEMS:
-        report.refuse("conversion.too_large", pointer, f"{len(items)} items; a plan has at most {MAX_ITEMS}")
-        return []
+    """All mission items that the file stands for, in order; what cannot be read is refused and left out."""
     found: list[FileItem] = []
     for index, value in enumerate(items):
         place = f"{pointer}/{index}"

@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -59,14 +59,24 @@ class JsonTree:
         self.findings.extend(findings)
 
 
-def read_data(value: Any) -> JsonTree:
+Outline = Callable[[Any], Iterable[Finding]]
+"""Looks at what a JSON reader returned, before any of it is checked. What it finds ends the reading."""
+
+
+def _no_outline(_: Any) -> Iterable[Finding]:
+    return ()
+
+
+def read_data(value: Any, outline: Outline = _no_outline) -> JsonTree:
     """Check the output of a JSON reader and return plain JSON data. Never raises."""
     tree = JsonTree()
-    tree.value = _copy(value, (), tree)
+    tree.add(outline(value))
+    if not tree.findings:
+        tree.value = _copy(value, (), tree)
     return tree
 
 
-def read_json(raw: bytes | str) -> JsonTree:
+def read_json(raw: bytes | str, outline: Outline = _no_outline) -> JsonTree:
     """Parse text and return plain, checked JSON data. Never raises."""
     tree = JsonTree()
     text = _decode(raw, tree)
@@ -83,7 +93,9 @@ def read_json(raw: bytes | str) -> JsonTree:
     except ValueError as error:
         tree.refuse("plan.not_json", "", f"invalid JSON: {error}", "a plan is a JSON object")
         return tree
-    tree.value = _copy(value, (), tree)
+    tree.add(outline(value))
+    if not tree.findings:
+        tree.value = _copy(value, (), tree)
     return tree
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Set
 from functools import cache
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, TypeGuard
 
 from pydantic import Field, TypeAdapter, ValidationError
 
@@ -21,7 +21,7 @@ from app.domain.plan.json_tree import (
     read_json,
 )
 from app.domain.validation import findings_of
-from app.domain.validation.finding import Finding, UnfitDocumentError, json_pointer
+from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
 
 # Cheap check whether a document can be a plan at all.
 #
@@ -32,6 +32,33 @@ from app.domain.validation.finding import Finding, UnfitDocumentError, json_poin
 MAX_ENTRIES: Final = max(MAX_ITEMS, MAX_VERTICES)
 _REMEDY: Final = "remove it, or see `waydrop schema`"
 Place = tuple[str | int, ...]
+
+
+def long_lists(value: Any) -> list[Finding]:
+    """The lists of a plan that are far too long. Called before anything is copied: to copy them takes long."""
+    if not isinstance(value, Mapping):
+        return []
+    fence = value.get("geofence")
+    parts: list[tuple[Place, Any]] = [((name,), value.get(name)) for name in _LISTS]
+    if isinstance(fence, Mapping):
+        parts += [(("geofence", name), fence.get(name)) for name in _FENCES]
+    polygons = fence.get("polygons") if isinstance(fence, Mapping) else None
+    if isinstance(polygons, list) and not _is_long(polygons):
+        parts += [
+            (("geofence", "polygons", index, "vertices"), polygon.get("vertices"))
+            for index, polygon in enumerate(polygons)
+            if isinstance(polygon, Mapping)
+        ]
+    return [_too_long(place, entries) for place, entries in parts if _is_long(entries)][:MAX_FINDINGS]
+
+
+def _is_long(entries: object) -> TypeGuard[list[Any]]:
+    return isinstance(entries, list) and len(entries) > MAX_ENTRIES
+
+
+def _too_long(place: Place, entries: list[Any]) -> Finding:
+    message = f"{len(entries)} {place[-1]}; the limit is {MAX_ENTRIES}"
+    return Finding(code="plan.too_many_items", severity=Severity.ERROR, pointer=json_pointer(*place), message=message)
 
 
 def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
@@ -45,12 +72,8 @@ def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
     names = known()
     strange = JsonTree()
     for place, value in _places(tree.value, names):
-        if isinstance(value, list) and len(value) > MAX_ENTRIES:
-            tree.refuse(
-                "plan.too_many_items",
-                json_pointer(*place),
-                f"{len(value)} {place[-1]}; the limit is {MAX_ENTRIES}",
-            )
+        if _is_long(value):
+            tree.add([_too_long(place, value)])
         if isinstance(place[-1], str) and place[-1] not in names:
             strange.refuse("plan.unknown_field", json_pointer(*place), f"unknown field {place[-1]!r}", _REMEDY)
         elif isinstance(place[-1], int) and not isinstance(value, dict):
@@ -192,13 +215,13 @@ def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:
     plan = _plan_at_once(read_at_once(raw))
     if plan is not None:
         return plan
-    return _plan(read_json(raw) if isinstance(raw, bytes | str) else read_data(raw))
+    return _plan(read_json(raw, long_lists) if isinstance(raw, bytes | str) else read_data(raw, long_lists))
 
 
 def parse_data(value: Any) -> Plan:
     """Parse the output of a JSON reader. A string is a JSON value here, not JSON text. Raises PlanInvalid."""
     plan = None if isinstance(value, bytes | str) else _plan_at_once(read_at_once(value))
-    return plan or _plan(read_data(value))
+    return plan or _plan(read_data(value, long_lists))
 
 
 def _plan(tree: JsonTree) -> Plan:

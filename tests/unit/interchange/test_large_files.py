@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,7 +17,7 @@ from app.interchange.findings import MAX_LISTED, ConversionRefused, FindingKind,
 from app.interchange.formats import TargetFormat, convert_to_plan, export_plan
 from app.interchange.item_draft import FileItem
 from app.interchange.item_reader import ItemReader
-from app.interchange.qgc_reader import MAX_FILE_ITEMS
+from app.interchange.qgc_outline import MAX_FILE_ITEMS
 from tests.support.interchange_files import document
 
 GOOD = document("multicopter-delivery.plan")
@@ -39,6 +40,43 @@ def test_a_file_of_far_too_many_items_is_refused_with_one_finding_and_not_read()
         convert_to_plan(with_items(*unreadable))
     (finding,) = refused.value.findings
     assert (finding.code, finding.pointer) == ("conversion.too_large", "/mission/items")
+
+
+def _fence(*polygons: Any, circles: int = 0) -> dict[str, Any]:
+    return {"version": 2, "polygons": list(polygons), "circles": [{}] * circles}
+
+
+FAR_TOO_LONG: dict[str, tuple[dict[str, Any], str]] = {
+    "rally points": ({"rallyPoints": {"version": 2, "points": [{}] * 1000}}, "/rallyPoints/points"),
+    "polygons": ({"geoFence": _fence(*[{}] * 1000)}, "/geoFence/polygons"),
+    "circles": ({"geoFence": _fence(circles=1000)}, "/geoFence/circles"),
+    "vertices": ({"geoFence": _fence({}, {"polygon": [{}] * 2000})}, "/geoFence/polygons/1/polygon"),
+    "fields": ({"waydrop": {"version": 1, "fields": {f"f{n}": 0 for n in range(1000)}}}, "/waydrop/fields"),
+}
+
+
+@pytest.mark.parametrize("what", FAR_TOO_LONG)
+def test_a_list_that_no_plan_has_is_refused_with_one_finding(what: str) -> None:
+    changes, pointer = FAR_TOO_LONG[what]
+    with pytest.raises(ConversionRefused) as refused:
+        convert_to_plan(json.dumps(GOOD | changes).encode())
+    (finding,) = refused.value.findings
+    assert (finding.code, finding.pointer) == ("conversion.too_large", pointer)
+
+
+@pytest.mark.parametrize(
+    ("document", "code"),
+    [
+        (GOOD | FAR_TOO_LONG["rally points"][0], "conversion.too_large"),
+        ({"items": [], "rally_points": [{}] * 2000}, "plan.too_many_items"),
+    ],
+    ids=["a .plan", "a plan"],
+)
+def test_a_list_that_is_far_too_long_is_refused_before_anything_is_copied(document: dict[str, Any], code: str) -> None:
+    """To copy takes long. A copy would find the number that is none."""
+    with pytest.raises(ConversionRefused) as refused:
+        convert_to_plan(json.dumps(document | {"far": math.nan}).encode())
+    assert [finding.code for finding in refused.value.findings] == [code]
 
 
 def test_the_longest_plan_of_drops_and_speeds_comes_back_from_its_own_file() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import pytest
@@ -41,6 +42,16 @@ def test_a_document_far_from_a_plan_is_refused_by_its_outline_with_the_first_of_
     assert (refused.value.findings[0].code, refused.value.findings[0].pointer) == (code, pointer)
     assert len(refused.value.findings) <= MAX_FINDINGS
     assert refused.value.__context__ is None, "pydantic must not look at it"
+
+
+@pytest.mark.parametrize("name", [name for name, (_, code, _) in FAR_OFF.items() if code == "plan.too_many_items"])
+def test_a_list_that_is_far_too_long_is_refused_before_anything_is_copied(name: str) -> None:
+    changes, code, pointer = FAR_OFF[name]
+    document = plan_json("multicopter", waypoint()) | changes | {"name": math.nan}
+    for given in (document, json.dumps(document)):
+        with pytest.raises(PlanInvalid) as refused:
+            parse_plan(given)
+        assert [(finding.code, finding.pointer) for finding in refused.value.findings] == [(code, pointer)]
 
 
 def test_of_a_polygon_the_first_corner_that_is_none_is_named_and_not_every_one() -> None:
