@@ -21,9 +21,11 @@ from app.interchange.findings import ConversionFinding
 from app.interchange.formats import (
     MEDIA_TYPES,
     Exported,
+    PlanConversion,
+    RefusedDocument,
     SourceFormat,
     TargetFormat,
-    convert_to_plan,
+    convert_as_json,
     export_plan,
     file_name,
 )
@@ -45,14 +47,6 @@ class ConversionQuery(FrozenForm):
     vehicle_type: VehicleType | None = None
 
 
-class PlanConversion(Frozen):
-    """The plan, ready for /plan-checks and /plans, with findings for everything lost or assumed."""
-
-    format: SourceFormat
-    plan: dict[str, Any]
-    findings: tuple[ConversionFinding, ...]
-
-
 @ROUTES.route(
     "POST",
     "/plan-conversions",
@@ -65,11 +59,11 @@ class PlanConversion(Frozen):
 async def convert_plan(call: Call[ConversionQuery, bytes]) -> web.Response:
     """Convert a QGroundControl .plan or a waypoint file to a plan."""
     query = call.query
-    conversion = await asyncio.to_thread(
-        convert_to_plan, call.body, source=query.format, name=query.name, vehicle_type=query.vehicle_type
-    )
-    plan = conversion.plan.model_dump(mode="json")
-    return json_answer(PlanConversion(format=conversion.source, plan=plan, findings=conversion.findings))
+    asked = (query.format, query.name, query.vehicle_type)
+    converted = await call.services.plans.work.run_document(call.body, convert_as_json, *asked)
+    if isinstance(converted, RefusedDocument):
+        raise converted.error()
+    return web.Response(body=converted, content_type=JSON)
 
 
 KEPT: Final = 32

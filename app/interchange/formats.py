@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
 
-from app.domain.plan import Plan, parse_plan
+from app.domain.model import Frozen
+from app.domain.plan import Plan, PlanInvalid, parse_plan
 from app.domain.plan.json_tree import MAX_BODY_BYTES, read_json
 from app.domain.plan.parse import long_lists
 from app.domain.validation.finding import Finding
 from app.domain.vehicle.state import VehicleType
-from app.interchange.findings import ConversionFinding, Report
+from app.interchange.findings import ConversionFinding, ConversionRefused, Report
 from app.interchange.geojson_writer import geojson_text
 from app.interchange.kml_writer import kml_text
 from app.interchange.plan_draft import finish
@@ -70,6 +71,37 @@ def convert_to_plan(
         draft = read_qgc(document, unsaid, report)
     plan = finish(draft, report)
     return Conversion(plan, found, report.summarized())
+
+
+class PlanConversion(Frozen):
+    """The plan, ready for /plan-checks and /plans, with findings for everything lost or assumed."""
+
+    format: SourceFormat
+    plan: dict[str, Any]
+    findings: tuple[ConversionFinding, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedDocument:
+    """Why a document is no plan. A process cannot send the error itself to another one."""
+
+    kind: type[ConversionRefused | PlanInvalid]
+    findings: tuple[Finding, ...]
+
+    def error(self) -> ConversionRefused | PlanInvalid:
+        return self.kind(self.findings)
+
+
+def convert_as_json(
+    raw: bytes, source: SourceFormat | None, name: str | None, vehicle_type: VehicleType | None
+) -> bytes | RefusedDocument:
+    """The PlanConversion as JSON: bytes cost the event loop nothing to receive. Runs in the worker process."""
+    try:
+        found = convert_to_plan(raw, source=source, name=name, vehicle_type=vehicle_type)
+    except (ConversionRefused, PlanInvalid) as error:
+        return RefusedDocument(type(error), error.findings)
+    plan = found.plan.model_dump(mode="json")
+    return PlanConversion(format=found.source, plan=plan, findings=found.findings).model_dump_json().encode()
 
 
 def _decode(raw: bytes, report: Report) -> str:

@@ -1,4 +1,4 @@
-"""What is worked out of a plan: for a large one in the worker process, for others in a thread."""
+"""What is worked out of a plan or of a document: for a large one in the worker process, for others in a thread."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from app.services.worker_process import WorkerLostError, WorkerProcess
 
 LARGE_ENTRIES: Final = 100
 """Items and vertices. A smaller plan is checked in about the time in which its way to the worker and back is made."""
+LARGE_DOCUMENT_BYTES: Final = 8 * 1024
+"""A document of any content takes a thread ten milliseconds at most until it is so long."""
 MOST_FIELDS: Final = 30
 """No object of a plan has as many."""
 ResultT = TypeVar("ResultT")
@@ -22,10 +24,25 @@ class PlanWork:
 
     def __init__(self, worker: WorkerProcess | None = None) -> None:
         self._worker = worker
+        self._documents = asyncio.Lock()
 
     async def run(self, plan: Plan | object, work: Callable[..., ResultT], *given: Any) -> ResultT:
         """`work` of `given`. `plan`, parsed or as a JSON reader returned it, decides where."""
-        if self._worker is not None and entries_of(plan) >= LARGE_ENTRIES:
+        run = self._in_worker if entries_of(plan) >= LARGE_ENTRIES else asyncio.to_thread
+        return await run(work, *given)
+
+    async def run_document(self, document: bytes, work: Callable[..., ResultT], *given: Any) -> ResultT:
+        """`work` of a document that nobody has read yet, and of `given`. Its length decides where.
+
+        Large ones are worked on one at a time, so that a plan waits for one of them at most.
+        """
+        if len(document) < LARGE_DOCUMENT_BYTES:
+            return await asyncio.to_thread(work, document, *given)
+        async with self._documents:
+            return await self._in_worker(work, document, *given)
+
+    async def _in_worker(self, work: Callable[..., ResultT], *given: Any) -> ResultT:
+        if self._worker is not None:
             try:
                 return await self._worker.call(work, *given)
             except WorkerLostError:  # logged

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import Any
 
 import pytest
 
 from app.services.access import Role
+from app.services.plan_work import LARGE_DOCUMENT_BYTES
 from tests.support.paths import DATA
 from tests.support.service_in_process import Service
+from tests.support.workers import workers_of
 
 FILES = DATA / "interchange"
 PLAN_FILE = (FILES / "multicopter-delivery.plan").read_bytes()
@@ -31,6 +34,23 @@ async def test_a_plan_file_is_converted_and_the_plan_is_one_that_can_be_stored(s
     status, _, made = await service.call("POST", "/api/v1/plans", json=answer["plan"])
     assert status == 201
     assert made["plan"] == answer["plan"]
+
+
+@pytest.mark.parametrize("is_large", [False, True])
+async def test_a_large_file_is_read_in_the_worker_process_and_answered_like_any_other(
+    service: Service, *, is_large: bool
+) -> None:
+    padded = b" " * (LARGE_DOCUMENT_BYTES if is_large else 0)
+    status, headers, answer = await service.call("POST", CONVERSIONS, data=PLAN_FILE + padded, headers=JSON)
+    assert (status, answer["format"], headers["Content-Type"]) == (200, "qgc", "application/json")
+    survey = (FILES / "survey.plan").read_bytes() + padded
+    status, _, problem = await service.call("POST", CONVERSIONS, data=survey, headers=JSON)
+    assert (status, problem["code"]) == (422, "conversion.refused")
+    assert [finding["pointer"] for finding in problem["findings"]] == ["/mission/items/1/complexItemType"]
+    bad = b'{"version": 1, "items": [], "vehicle_type": "x"}' + padded
+    status, _, problem = await service.call("POST", CONVERSIONS, data=bad, headers=JSON)
+    assert (status, problem["code"]) == (422, "plan.invalid")
+    assert len(workers_of(os.getpid())) == is_large
 
 
 async def test_a_waypoint_file_is_converted_and_a_format_can_be_insisted_on(service: Service) -> None:

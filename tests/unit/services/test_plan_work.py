@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.services.plan_work import LARGE_ENTRIES, PlanWork, entries_of
+from app.services.plan_work import LARGE_DOCUMENT_BYTES, LARGE_ENTRIES, PlanWork, entries_of
 from app.services.worker_process import WorkerProcess
+from tests.support.service_in_process import until
 from tests.support.workers import is_worker, workers_of
 
 LARGE: dict[str, Any] = {"items": [{}] * LARGE_ENTRIES}
+LARGE_DOCUMENT = bytes(LARGE_DOCUMENT_BYTES)
 
 
 @pytest.fixture
@@ -49,6 +53,31 @@ async def test_small_work_starts_none(worker: WorkerProcess) -> None:
     assert worker.pid is None
 
 
+@pytest.mark.parametrize("size_bytes", [LARGE_DOCUMENT_BYTES - 1, LARGE_DOCUMENT_BYTES])
+async def test_a_large_document_is_worked_on_in_the_worker(worker: WorkerProcess, size_bytes: int) -> None:
+    pid = await PlanWork(worker).run_document(bytes(size_bytes), _own_pid)
+    assert pid == (os.getpid() if size_bytes < LARGE_DOCUMENT_BYTES else worker.pid)
+
+
+async def test_a_plan_waits_for_one_large_document_at_most(worker: WorkerProcess, tmp_path: Path) -> None:
+    work, told = PlanWork(worker), str(tmp_path / "told")
+    documents = [asyncio.create_task(work.run_document(LARGE_DOCUMENT, _tell, told, "document")) for _ in range(5)]
+    await until(lambda: worker.is_busy)
+    await work.run(LARGE, _tell, b"", told, "plan")
+    await asyncio.gather(*documents)
+    assert _told(told).index("plan") <= 2
+
+
+async def test_a_document_whose_sender_gives_up_leaves_the_queue(worker: WorkerProcess, tmp_path: Path) -> None:
+    work, told = PlanWork(worker), str(tmp_path / "told")
+    documents = [asyncio.create_task(work.run_document(LARGE_DOCUMENT, _tell, told, "document")) for _ in range(5)]
+    await until(lambda: worker.is_busy)
+    for document in documents:
+        document.cancel()
+    await work.run_document(LARGE_DOCUMENT, _tell, told, "last")
+    assert _told(told) in (["document", "last"], ["last"])
+
+
 async def test_work_that_the_worker_loses_is_done_here(worker: WorkerProcess) -> None:
     assert await PlanWork(worker).run(LARGE, _end_any_worker) == os.getpid()
     assert await PlanWork(worker).run(LARGE, os.getpid) == worker.pid, "the next one has a new worker"
@@ -62,6 +91,19 @@ async def test_a_defect_is_raised_as_in_a_thread(worker: WorkerProcess) -> None:
 async def test_without_a_worker_all_is_done_here() -> None:
     assert await PlanWork().run(LARGE, os.getpid) == os.getpid()
     assert workers_of(os.getpid()) == []
+
+
+def _own_pid(_: bytes) -> int:
+    return os.getpid()
+
+
+def _tell(_: bytes, path: str, what: str) -> None:
+    with Path(path).open("a", encoding="utf-8") as file:
+        file.write(f"{what}\n")
+
+
+def _told(path: str) -> list[str]:
+    return Path(path).read_text(encoding="utf-8").split()
 
 
 def _end_any_worker() -> int:
