@@ -279,7 +279,7 @@ class _Visitor:
 
     async def close(self) -> None:
         """Idempotent."""
-        await asyncio.to_thread(self._thread.shutdown)
+        self._thread.shutdown()  # idle: Database has waited. The default pool may be full of the work of others
         if self._connection is not None:
             self._connection.close()
             self._connection = None
@@ -320,7 +320,7 @@ class _Pool:
 
     async def close(self) -> None:
         """Idempotent."""
-        await asyncio.to_thread(self._threads.shutdown)
+        self._threads.shutdown()  # idle, as above
         self._engine.dispose()
 
     def _transact(self, work: Work[T]) -> T:

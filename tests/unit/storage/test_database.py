@@ -16,6 +16,7 @@ from app.domain.errors import StorageError
 from app.storage.database import CACHE_KIB, Database
 from app.storage.migrate import migrate
 from app.storage.schema import GATEWAY
+from tests.support.busy_pool import busy_default_pool
 
 FULL = 2
 
@@ -154,6 +155,15 @@ async def test_a_write_whose_caller_gives_up_goes_on_to_its_end_and_close_waits_
     assert ended.is_set()
     with closing(sqlite3.connect(database.path)) as other:
         assert other.execute("SELECT count(*) FROM gateway").fetchone() == (1,)
+
+
+async def test_closing_does_not_wait_for_the_work_of_others(database: Database) -> None:
+    await database.write(insert)
+    assert await gateways(database) == 1
+    async with busy_default_pool() as other:
+        async with asyncio.timeout(20.0):
+            await database.close()
+        assert not other.done()
 
 
 async def test_a_lock_of_another_program_is_waited_for(database: Database) -> None:
