@@ -31,6 +31,7 @@ from app.domain.flight.recording import Replay, from_text, replay
 from app.domain.ports.journal import AuditedJournal, EventJournal
 from app.domain.ports.link_keys import LinkKeys
 from app.domain.ports.stores import RetentionStore, TokenStore
+from app.domain.ports.threads import InThread
 from app.file_limit import require_files
 from app.services.access import Access
 from app.services.attachments import Attachments
@@ -38,6 +39,7 @@ from app.services.audit import Audit
 from app.services.clock import Clock, SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
+from app.services.flight_threads import flight_threads
 from app.services.hang_watch import hang_watch
 from app.services.jobs import Jobs
 from app.services.journal import Journal
@@ -115,16 +117,18 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
         clock = SystemClock()
         access = access_to(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
+        threads = (await stack.enter_async_context(flight_threads())).run
         journal = await stack.enter_async_context(_journal(storage, clock))
-        fleet, links = await stack.enter_async_context(_fleet(settings, journal, joins=join is not None))
+        fleet, links = await stack.enter_async_context(_fleet(settings, journal, threads, joins=join is not None))
         targets = Targets(clock)
-        plans = Plans(KnownPlans(storage.plans), journal, clock, await stack.enter_async_context(plan_work()))
+        known = KnownPlans(storage.plans, threads)
+        plans = Plans(known, journal, clock, await stack.enter_async_context(plan_work(threads)))
         runs = await stack.enter_async_context(_runs(storage, fleet, plans, journal, targets))
-        offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
+        offboard = Offboard(fleet, runs, clock, _offboard_settings(settings), threads)
         stack.push_async_callback(offboard.close)
         webhooks = await stack.enter_async_context(webhooks_of(storage, journal, clock, settings))
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
-        commands, rerouting = VehicleCommands(fleet, journal), Rerouting(runs, plans)
+        commands, rerouting = VehicleCommands(fleet, journal), Rerouting(runs, plans, threads)
         gateway = GatewayServices(fleet, commands, links, plans, runs, rerouting, jobs, targets, journal)
         lease = await stack.enter_async_context((join or _alone)(settings, storage, gateway))
         services = ApiServices(
@@ -311,13 +315,16 @@ def _offboard_settings(settings: Settings) -> OffboardSettings:
 
 
 @asynccontextmanager
-async def _fleet(settings: Settings, journal: Journal, *, joins: bool) -> AsyncIterator[tuple[Fleet, VehicleLinks]]:
+async def _fleet(
+    settings: Settings, journal: Journal, threads: InThread, *, joins: bool
+) -> AsyncIterator[tuple[Fleet, VehicleLinks]]:
     """The vehicles, and what guards their links. Raises LinkKeyError, LinkError.
 
     `joins` a cluster: no open job begins before it is known whether another gateway has the site.
     """
     provide_cache_directory(settings.data_dir)
-    signing = SigningStore(KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path))
+    keys, memory = KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path)
+    signing = SigningStore(keys, memory, in_thread=threads)
     source = MavsdkLinkSource(
         settings.connections, settings=LinkSettings(own_system_id=settings.system_id), signing=signing
     )

@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from typing import Any, Final, TypeVar
 
 from app.domain.plan import Plan
+from app.domain.ports.threads import InThread
 from app.services.worker_process import WorkerLostError, WorkerProcess
 
 LARGE_ENTRIES: Final = 100
@@ -22,7 +23,9 @@ ResultT = TypeVar("ResultT")
 class PlanWork:
     """Runs pure functions of plans. Without a worker, or if that is lost, in a thread."""
 
-    def __init__(self, worker: WorkerProcess | None = None) -> None:
+    def __init__(self, worker: WorkerProcess | None = None, of_flights: InThread = asyncio.to_thread) -> None:
+        """`of_flights` runs what a flight waits for: never in the worker, nor behind the work of others."""
+        self.of_flights = of_flights
         self._worker = worker
         self._documents = asyncio.Lock()
 
@@ -51,11 +54,11 @@ class PlanWork:
 
 
 @asynccontextmanager
-async def plan_work() -> AsyncIterator[PlanWork]:
+async def plan_work(of_flights: InThread = asyncio.to_thread) -> AsyncIterator[PlanWork]:
     """With a worker, which starts when it is needed first and ends with the block."""
     worker = WorkerProcess()
     try:
-        yield PlanWork(worker)
+        yield PlanWork(worker, of_flights)
     finally:
         await worker.close()
 

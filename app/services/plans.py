@@ -16,6 +16,7 @@ from app.domain.model import Frozen
 from app.domain.plan import Plan, PlanInvalid, parse_plan
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import AnswerTo, PlanStore, StoredPlan
+from app.domain.ports.threads import InThread
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import Finding, Severity
 from app.domain.vehicle.state import VehicleProfile, VehicleType
@@ -38,8 +39,10 @@ class KnownPlan:
 class KnownPlans:
     """The stored plans, parsed."""
 
-    def __init__(self, store: PlanStore) -> None:
+    def __init__(self, store: PlanStore, in_thread: InThread = asyncio.to_thread) -> None:
+        """`in_thread` parses those that are asked for by id, as flights do."""
         self._store = store
+        self._in_thread = in_thread
         self._kept: OrderedDict[str, KnownPlan] = OrderedDict()
 
     async def stored(self, plan_id: str) -> StoredPlan:
@@ -52,13 +55,16 @@ class KnownPlans:
     async def known(self, plan_id: str) -> KnownPlan:
         """One plan. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
         known = self._kept.get(plan_id)
-        return await self.read(await self.stored(plan_id)) if known is None else self.keep(known)
+        return await self._read(await self.stored(plan_id), self._in_thread) if known is None else self.keep(known)
 
     async def read(self, stored: StoredPlan) -> KnownPlan:
         """Parse a stored plan. Raises PlanInvalid."""
+        return await self._read(stored, asyncio.to_thread)
+
+    async def _read(self, stored: StoredPlan, in_thread: InThread) -> KnownPlan:
         known = self._kept.get(stored.id)
         if known is None:
-            known = KnownPlan(stored.id, stored.hash, await asyncio.to_thread(parse_plan, stored.document))
+            known = KnownPlan(stored.id, stored.hash, await in_thread(parse_plan, stored.document))
         return self.keep(known)
 
     def keep(self, known: KnownPlan) -> KnownPlan:

@@ -19,7 +19,9 @@ from app.domain.run.run import Run, RunState
 from app.domain.vehicle.performance import Performance
 from app.services.clock import Clock, SystemClock
 from app.services.fleet import Fleet
+from app.services.flight_threads import FlightThreads
 from app.services.journal import Journal
+from app.services.plan_work import PlanWork
 from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs, RunSettings
 from app.services.runs.flight import RunFlight
@@ -154,7 +156,8 @@ async def run_service(
     fleet = Fleet(KnownLinks(vehicle), journal, None if performance is None else {"v1": performance})
     await fleet.start()
     flight_log = MemoryFlightLog()
-    known = Plans(KnownPlans(plans), journal, clock)
+    threads = FlightThreads()
+    known = Plans(KnownPlans(plans, threads.run), journal, clock, PlanWork(of_flights=threads.run))
     targets = Targets(clock if target_clock is None else target_clock)
     runs = Runs(fleet, known, MemoryRuns(events), journal, clock, flight_log, settings, targets)
     mission = compile_plan(plan, vehicle.facts)
@@ -166,6 +169,7 @@ async def run_service(
         await runs.close()
         await fleet.close()
         await journal.close()
+        threads.close()
     await service.runs.close()
     for run_id, text in flight_log.texts.items():
         assert replay(from_text(text)).differences == (), f"run {run_id} must be decided again as it was"

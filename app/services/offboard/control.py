@@ -20,6 +20,7 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.state import SENDING, Control, Lease, LeaseChange, OffboardState
 from app.domain.offboard.step import step
+from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import Run
@@ -54,7 +55,13 @@ class OffboardControl:
     """All of it runs on the event loop. Nothing is sent but by a tick, and no tick sends without a lease."""
 
     def __init__(
-        self, vehicle: FleetVehicle, fleet: Fleet, runs: Runs, clock: Clock, settings: OffboardSettings
+        self,
+        vehicle: FleetVehicle,
+        fleet: Fleet,
+        runs: Runs,
+        clock: Clock,
+        settings: OffboardSettings,
+        in_thread: InThread,
     ) -> None:
         self.vehicle = vehicle
         self.settings = settings
@@ -64,6 +71,7 @@ class OffboardControl:
         self._fleet = fleet
         self._runs = runs
         self._clock = clock
+        self._in_thread = in_thread
         self.commands = CommandQueue(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
         self._flow = SetpointFlow(settings, self._put_out)
         self._rate_loop = RateLoop(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
@@ -278,7 +286,7 @@ class OffboardControl:
         await self._ready_run()
         self._progress(_S.CHECKING, ReasonCode.OFFBOARD_CHECKING)
         entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
-        self.set_context(await with_fence(context, self.link, entries))
+        self.set_context(await with_fence(context, self.link, entries, self._in_thread))
         self._flow.clear()  # it was not measured against this fence
         return entries
 

@@ -10,6 +10,7 @@ from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged
 from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.offboard.tasks.forms import EMPTY_LIST
+from app.domain.ports.threads import InThread
 from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.fleet import Fleet
@@ -68,10 +69,18 @@ def _is_current(payload: TasksChanged) -> bool:
 class Offboard:
     """The registry."""
 
-    def __init__(self, fleet: Fleet, runs: Runs, clock: Clock, settings: OffboardSettings | None = None) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        runs: Runs,
+        clock: Clock,
+        settings: OffboardSettings | None = None,
+        in_thread: InThread = asyncio.to_thread,
+    ) -> None:
         self._fleet = fleet
         self._runs = runs
         self._clock = clock
+        self._in_thread = in_thread
         self.settings = settings or OffboardSettings()
         self._vehicles: dict[str, OffboardControl] = {}
 
@@ -79,7 +88,7 @@ class Offboard:
         """One vehicle. Raises NotFoundError."""
         vehicle = self._fleet.vehicle(vehicle_id)
         if vehicle_id not in self._vehicles:
-            control = OffboardControl(vehicle, self._fleet, self._runs, self._clock, self.settings)
+            control = OffboardControl(vehicle, self._fleet, self._runs, self._clock, self.settings, self._in_thread)
             self._vehicles[vehicle_id] = control
         return self._vehicles[vehicle_id]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 
 from app.domain.airspace.geofence import FenceArea, onboard_fence
 from app.domain.autopilot import Behaviour, Quantity, autopilot, behaviour_of
@@ -17,6 +18,7 @@ from app.domain.offboard.encode import Follower
 from app.domain.offboard.limits import VehiclePose
 from app.domain.offboard.messages import Vector
 from app.domain.offboard.tasks.commanded import Wing
+from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.clock import MAX_LIVE_RATE, is_too_fast
@@ -177,16 +179,20 @@ async def until_no_failsafe(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def with_fence(context: ControlContext, link: VehicleLink, entries: Sequence[AuditedParameter]) -> ControlContext:
+async def with_fence(
+    context: ControlContext, link: VehicleLink, entries: Sequence[AuditedParameter], in_thread: InThread
+) -> ControlContext:
     """With the fence on board and how wide it circles. Raises as `_read_fence`."""
     known = behaviour_of(context.vehicle_type, link.identity.firmware)
     loiter = known.name_of(Quantity.LOITER_RADIUS_M)
     loiter_m = next((entry.value for entry in entries if entry.parameter == loiter), None)
-    fence, frame = await _read_fence(link, known)
+    fence, frame = await _read_fence(link, known, in_thread)
     return replace(context, fence=fence, fence_frame=frame, wing=Wing.of(loiter_m, known))
 
 
-async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> tuple[FenceArea | None, LocalProjection | None]:
+async def _read_fence(
+    link: VehicleLink, behaviour: Behaviour, in_thread: InThread
+) -> tuple[FenceArea | None, LocalProjection | None]:
     """The fence on board and its frame, around home; None without one.
 
     Raises:
@@ -202,7 +208,8 @@ async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> tuple[FenceAre
         )
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
     needs_all = behaviour.needs_all_inclusions
-    return await asyncio.to_thread(onboard_fence, items, projection, needs_all_inclusions=needs_all), projection
+    read = partial(onboard_fence, items, projection, needs_all_inclusions=needs_all)
+    return await in_thread(read), projection
 
 
 async def _audited(

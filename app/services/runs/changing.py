@@ -29,6 +29,7 @@ from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.plan.intercept import approach_speeds_m_s
+from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import check_plan, checked
@@ -68,8 +69,10 @@ class MissionChanger:
         monitor: FlightMonitor,
         settings: RunSettings,
         clock: Clock,
+        in_thread: InThread,
     ) -> None:
         self._link = link
+        self._in_thread = in_thread
         self._facts = facts
         self._recorder = recorder
         self._monitor = monitor
@@ -170,14 +173,14 @@ class MissionChanger:
         speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))
         began = now.model_copy(update={"asked_speed_m_s": speed_m_s})
         in_flight, wind = replace(facts, in_flight=began), run.wind or CALM
-        findings, timeline = await asyncio.to_thread(_checked, plan, rest, in_flight, wind)
+        findings, timeline = await self._in_thread(_checked, plan, rest, in_flight, wind)
         if any(finding.severity is Severity.ERROR for finding in findings):
             raise PlanRejectedError(
                 "the vehicle cannot continue with this plan",
                 hint="correct the findings and create a new plan; the vehicle continues the current mission",
                 findings=[finding.model_dump(mode="json") for finding in findings],
             )
-        mission = await asyncio.to_thread(compile_plan, rest.plan, in_flight)
+        mission = await self._in_thread(compile_plan, rest.plan, in_flight)
         mission_id = self._link.mission_id_of(mission)
         change = PlanChange(
             plan_id=new.plan_id,

@@ -31,6 +31,7 @@ from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.plan.intercept import approach_speeds_m_s
 from app.domain.ports.stores import FlightLog
+from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM
 from app.domain.reasons import Reason, ReasonCode
@@ -425,6 +426,7 @@ class FlightParts:
     plans: Plans
     log: FlightLog
     may_command: Callable[[str], bool]
+    in_thread: InThread
 
 
 @dataclass(frozen=True, slots=True)
@@ -446,22 +448,22 @@ def assemble(
     parts: FlightParts,
 ) -> AssembledFlight:
     """One flight, ready to `fly`. `then`: what the mission was compiled for; `facts` reads what is now."""
-    settings, clock = parts.settings, parts.clock
+    settings, clock, in_thread = parts.settings, parts.clock, parts.in_thread
     may_command = partial(parts.may_command, run.id)
     link = GatedLink.of(link, may_command)
     recorder = RunRecorder(run, parts.journal, clock)
     speeds = approach_speeds_m_s(plan, then)
     segment = segment_of(run, plan, mission, settings.default_max_offset_m, speeds)
     begun = Flight.of(run, segment, clock.monotonic(), settings.lost_after_s, settings.default_max_offset_m)
-    monitor = FlightMonitor(link, begun, recorder, clock, parts.targets, FlightInputLog(parts.log, begun))
+    monitor = FlightMonitor(link, begun, recorder, clock, parts.targets, FlightInputLog(parts.log, begun, in_thread))
 
     async def check() -> None:
         now, uploaded = await facts(fresh=True), link.mission_id_of(mission)
-        await refuse_changed_vehicle(plan, then.home, now, run.wind or CALM, link.mission_id_of, uploaded)
+        await refuse_changed_vehicle(plan, then.home, now, run.wind or CALM, link.mission_id_of, uploaded, in_thread)
 
     loaded = _starts_loaded(plan)
     preparation = Preparation(link, mission, recorder, monitor, settings, clock, check, closes_gripper=loaded)
-    changer = MissionChanger(link, facts, recorder, monitor, settings, clock)
+    changer = MissionChanger(link, facts, recorder, monitor, settings, clock, in_thread)
     sender = FlightCommandSender(link, recorder, monitor, changer, parts.plans, settings, may_command)
     monitor.hand_commands_to(sender.carry_out)
     disarming = EndDisarming(link, recorder, monitor, may_command)

@@ -14,6 +14,7 @@ from app.domain.flight.recovery import RECORDED_VISITS
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
+from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import Timeline, Wind
 from app.domain.rules import Finding, Severity, check_plan, checked
@@ -57,9 +58,9 @@ class FactsRead(Protocol):
         """Raises LinkError."""
 
 
-async def refuse_unfit_plan(plan: Plan, facts: VehicleProfile, wind: Wind) -> None:
+async def refuse_unfit_plan(plan: Plan, facts: VehicleProfile, wind: Wind, in_thread: InThread) -> None:
     """Raises PlanRejectedError with all findings, as the vehicle is now; slow plans are checked in a thread."""
-    _refuse_errors(await asyncio.to_thread(check_plan, plan, facts, wind))
+    _refuse_errors(await in_thread(check_plan, plan, facts, wind))
 
 
 async def refuse_changed_vehicle(
@@ -69,6 +70,7 @@ async def refuse_changed_vehicle(
     wind: Wind,
     id_of: Callable[[Mission], int],
     on_board: int,
+    in_thread: InThread,
 ) -> None:
     """Before arming, with parameters read just now. `on_board` is the id of the mission that the vehicle holds, and
     `home` the one that it was compiled with: it stays where it is when home moves.
@@ -76,8 +78,8 @@ async def refuse_changed_vehicle(
     Raises PlanRejectedError, with `parameters_age_s` too.
     """
     try:
-        await refuse_unfit_plan(plan, now, wind)
-        mission = await asyncio.to_thread(compile_plan, plan, replace(now, home=home))
+        await refuse_unfit_plan(plan, now, wind, in_thread)
+        mission = await in_thread(compile_plan, plan, replace(now, home=home))
         if id_of(mission) != on_board:
             raise PlanRejectedError(
                 "the vehicle's parameters changed since the upload and would change the mission",
@@ -89,15 +91,17 @@ async def refuse_changed_vehicle(
         raise PlanRejectedError(error.detail, hint=error.hint, **found) from error
 
 
-async def compiled_and_predicted(plan: Plan, facts: VehicleProfile, wind: Wind) -> tuple[Mission, Timeline]:
+async def compiled_and_predicted(
+    plan: Plan, facts: VehicleProfile, wind: Wind, in_thread: InThread
+) -> tuple[Mission, Timeline]:
     """The mission, and what the vehicle is predicted to do with it, by its own parameters.
 
     Raises PlanRejectedError.
     """
-    found = await asyncio.to_thread(checked, plan, facts, wind)
+    found = await in_thread(checked, plan, facts, wind)
     _refuse_errors(found.findings)
     compiled = partial(compile_plan, plan, facts) if found.drafted is None else found.drafted.mission
-    return await asyncio.to_thread(compiled), found.timeline.first(RECORDED_VISITS)
+    return await in_thread(compiled), found.timeline.first(RECORDED_VISITS)
 
 
 def _refuse_errors(findings: Sequence[Finding]) -> None:

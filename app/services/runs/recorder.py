@@ -19,6 +19,7 @@ from app.domain.flight.recording import Line, Recorder, as_text, began
 from app.domain.flight.segment import drop_records
 from app.domain.mission import Mission, mission_hash
 from app.domain.ports.stores import FlightLog, StoredAnswer
+from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import Wind
 from app.domain.run.run import Run
@@ -79,8 +80,9 @@ MOST_LINES_WAITING: Final = 5000
 class FlightInputLog:
     """Lines are appended at once and stored now and then. When that fails the flight goes on without them."""
 
-    def __init__(self, store: FlightLog, flight: Flight) -> None:
+    def __init__(self, store: FlightLog, flight: Flight, in_thread: InThread = asyncio.to_thread) -> None:
         self._store = store
+        self._in_thread = in_thread
         self._run_id = flight.run.id
         self._recorder = Recorder()
         self._lines: list[Line] = [began(flight)]
@@ -101,7 +103,7 @@ class FlightInputLog:
 
     async def _append(self, lines: Sequence[Line]) -> None:
         try:
-            await self._store.append(self._run_id, await asyncio.to_thread(as_text, lines))
+            await self._store.append(self._run_id, await self._in_thread(as_text, lines))
         except StorageError as error:
             self._is_cut, self._lines = True, []
             log.warning("the inputs of a flight are no longer stored", run_id=self._run_id, error=error.detail)

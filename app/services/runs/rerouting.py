@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from app.domain.errors import ChangeUnderWayError
 from app.domain.plan import Plan
+from app.domain.ports.threads import InThread
 from app.domain.prediction import CALM, Wind
 from app.domain.run.mission_change import with_items
 from app.domain.run.remaining_mission import tail_of
@@ -22,9 +24,10 @@ class Rerouting:
     A rejected request stores no plan.
     """
 
-    def __init__(self, runs: Runs, plans: Plans) -> None:
+    def __init__(self, runs: Runs, plans: Plans, in_thread: InThread = asyncio.to_thread) -> None:
         self._runs = runs
         self._plans = plans
+        self._in_thread = in_thread
 
     async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
         """Fly on with another plan, or with the run's own, from an item. Raises as Runs.change_mission."""
@@ -41,7 +44,7 @@ class Rerouting:
         """
         before = await self._runs.get(run_id)
         old = await self._plans.plan(before.plan_id)
-        plan, new_ids = await asyncio.to_thread(with_items, old, items, at=at, after=after)
+        plan, new_ids = await self._in_thread(partial(with_items, old, items, at=at, after=after))
         new = await self._plans.checked(plan, actor)
         run = await self._runs.get(run_id)
         if run.plan_id != before.plan_id:  # otherwise the items of that change would be removed again

@@ -54,11 +54,14 @@ class Runs:
         targets: Targets | None = None,
     ) -> None:
         self._fleet = fleet
+        self._in_thread = plans.work.of_flights
         self._plans = plans
         self._store = store
         self._clock = clock
         settings, targets = settings or RunSettings(), targets or Targets(clock)
-        self._parts = FlightParts(journal, settings, clock, targets, plans, flight_log, fleet.may_command)
+        self._parts = FlightParts(
+            journal, settings, clock, targets, plans, flight_log, fleet.may_command, self._in_thread
+        )
         self._flights: dict[str, RunFlight] = {}
         self._waiting: dict[str, Run] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -166,7 +169,7 @@ class Runs:
         flight.require_startable()
         plan = await self._plans.plan(flight.run.plan_id)
         facts = await self._fleet.facts(flight.run.vehicle_id, fresh=True)
-        await refuse_unfit_plan(plan, facts, flight.run.wind or CALM)
+        await refuse_unfit_plan(plan, facts, flight.run.wind or CALM, self._in_thread)
         self._fleet.require_new_work()
         last_check()
         flight.ask_start()
@@ -258,7 +261,7 @@ class Runs:
         known = await self._read(plan)
         old = None if continues is None else await self.continuable(continues)  # nobody else uses the vehicle now
         then = await self._fleet.facts(vehicle.id)
-        mission, timeline = await compiled_and_predicted(known.plan, then, wind)
+        mission, timeline = await compiled_and_predicted(known.plan, then, wind, self._in_thread)
         now = self._clock.now()
         run = new_run(run_id, known, vehicle.id, link, mission, wind, continues, start=start, actor=actor, now=now)
         facts = partial(self._fleet.facts, vehicle.id)

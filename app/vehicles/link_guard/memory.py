@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Final
 
 from app.domain.ports.link_keys import LinkKeyError
+from app.domain.ports.threads import InThread
 from app.vehicles.link_guard.key_file import KeyFile, Keys, MemoryFile, SigningMemory
 from app.vehicles.link_guard.keyring import KeyRing
 from app.vehicles.link_guard.policy import Signing
@@ -32,8 +33,10 @@ class SigningStore:
         memory: MemoryFile | None = None,
         *,
         clock: Callable[[], float] = time.time,
+        in_thread: InThread = asyncio.to_thread,
     ) -> None:
         """Raises LinkKeyError: a file cannot be used."""
+        self._in_thread = in_thread
         self._keys = keys
         self._memory = memory
         self._clock = clock
@@ -67,7 +70,7 @@ class SigningStore:
         has_new_keys = False
         if now_s - self._looked_s >= _LOOK_S:
             self._looked_s = now_s
-            fresh_keys = await asyncio.to_thread(self._read_again)
+            fresh_keys = await self._in_thread(self._read_again)
             if fresh_keys is not None:
                 self.signing.ring.replace(fresh_keys)
                 self._know_clocks()
@@ -76,7 +79,7 @@ class SigningStore:
             self._stored_s = now_s
             fresh = self._snapshot(_AHEAD)
             if fresh != self._stored:
-                await asyncio.to_thread(self._write, *self._numbered(fresh))
+                await self._in_thread(self._write, *self._numbered(fresh))
         return has_new_keys
 
     def close(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 from app.domain.errors import PlanRejectedError, WrongStateError
@@ -9,10 +11,12 @@ from app.domain.events import EventKind
 from app.domain.prediction import Wind
 from app.domain.run.run import RunState
 from app.domain.vehicle.performance import Performance
+from tests.support.busy_pool import busy_default_pool
 from tests.support.events import data_of
 from tests.support.gated_plans import codes
 from tests.support.run_service import run_service
 
+PATIENCE_S = 30.0
 THIRSTY = Performance(battery_percent_per_min=10.0, reserve_percent=20.0)
 
 
@@ -41,6 +45,15 @@ async def test_a_battery_that_emptied_while_the_run_waited_keeps_it_from_startin
         await service.until_state(RunState.FLYING)
         with pytest.raises(WrongStateError):
             await service.runs.start(service.run_id)
+
+
+async def test_no_gate_of_a_run_waits_for_the_work_of_others() -> None:
+    async with run_service() as service, busy_default_pool() as other, asyncio.timeout(PATIENCE_S):
+        await service.create(start=False)
+        await service.until_state(RunState.UPLOADED)
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.FLYING)
+        assert not other.done()
 
 
 async def test_a_run_keeps_the_wind_that_it_was_checked_with() -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from pathlib import Path
 
 import pytest
 
 from app.domain.ports.link_keys import LinkKeyError
+from app.services.flight_threads import flight_threads
 from app.vehicles.link_guard.key_file import KeyFile, MemoryFile
 from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.signing import SigningKey, StreamKey, ticks
+from tests.support.busy_pool import busy_default_pool
 
 UNIX_S = 1.8e9
 KEY, NEXT_KEY = SigningKey(b"k" * 32), SigningKey(b"n" * 32)
@@ -91,6 +94,15 @@ async def test_what_a_vehicle_said_is_stored_now_and_then(files: tuple[KeyFile, 
     store.signing.times.accept(stream, 77)
     await store.tick(time.monotonic() + 10.0)
     assert not opened(files).signing.times.is_new(stream, 77, 77)
+
+
+async def test_nothing_waits_for_the_work_of_others(files: tuple[KeyFile, MemoryFile]) -> None:
+    async with flight_threads() as threads, busy_default_pool() as other, asyncio.timeout(20.0):
+        store = SigningStore(*files, clock=lambda: UNIX_S, in_thread=threads.run)
+        files[0].add(1, KEY.secret)
+        assert await store.tick(time.monotonic() + 10.0)
+        assert KEY.fingerprint in files[1].read().reserved
+        assert not other.done()
 
 
 async def test_a_key_that_is_made_meanwhile_is_found(files: tuple[KeyFile, MemoryFile]) -> None:
