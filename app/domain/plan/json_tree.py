@@ -14,6 +14,8 @@ from app.domain.validation.finding import Finding, Severity, json_pointer
 
 MAX_BODY_BYTES = 1_048_576
 """1 MiB of JSON."""
+MAX_NODES = 100_000
+"""Objects and arrays. A plan of MAX_BODY_BYTES has 30,000, a .plan 60,000; to copy more takes long."""
 MAX_ITEMS = 1000
 MAX_DEPTH = 16
 """Nesting of arrays and objects. The format needs five levels."""
@@ -108,6 +110,9 @@ def _decode(raw: bytes | str, tree: JsonTree) -> str | None:
         text = raw.decode("utf-8") if isinstance(raw, bytes) else raw
     except UnicodeDecodeError as error:
         tree.refuse("plan.not_json", "", f"the plan is not valid UTF-8: {error.reason} at byte {error.start}")
+        return None
+    if (nodes := text.count("[") + text.count("{")) > MAX_NODES:
+        tree.refuse("plan.too_large", "", f"{nodes} objects and arrays; the limit is {MAX_NODES}")
         return None
     if _depth(text) > MAX_DEPTH:
         tree.refuse("plan.too_deep", "", f"nested deeper than {MAX_DEPTH} levels")

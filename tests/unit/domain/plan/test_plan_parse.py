@@ -11,7 +11,7 @@ import pytest
 from app.domain.errors import InvalidInputError
 from app.domain.items import ITEM_TYPES
 from app.domain.plan import PlanInvalid, parse_plan, plan_hash, plan_json_schema
-from app.domain.plan.json_tree import MAX_BODY_BYTES, MAX_ITEMS
+from app.domain.plan.json_tree import MAX_BODY_BYTES, MAX_ITEMS, MAX_NODES
 from tests.support.plan_pieces import RETURN, at, gripper, loiter, plan_json, takeoff, waypoint, winch
 
 
@@ -180,6 +180,7 @@ def test_a_finding_names_the_item() -> None:
         ("[" * 100_000, "plan.too_deep", ""),
         ('{"a":' * 100_000, "plan.too_deep", ""),
         (" " * (MAX_BODY_BYTES + 1), "plan.too_large", ""),
+        (f"[{'[],' * MAX_NODES}[]]", "plan.too_large", ""),
     ],
 )
 def test_hostile_json_is_refused(text: str | bytes, code: str, pointer: str) -> None:
