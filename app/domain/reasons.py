@@ -55,6 +55,7 @@ class ReasonCode(StrEnum):
         "run.restart_during_start_disarmed",
         "Waydrop restarted during the start; the vehicle is disarmed",
     )
+    START_HELD_BACK = "run.start_held_back", "the start was ended before arming, because the queue was {cause}"
     TAKEN_OVER_BEFORE_START = (
         "run.taken_over_before_start",
         "another gateway took the run over before it was told that it had started",

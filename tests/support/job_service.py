@@ -20,7 +20,7 @@ from app.services.jobs import Jobs, JobSettings
 from app.services.jobs.views import JobRequest
 from app.services.journal import Journal
 from app.services.plans import KnownPlans, Plans
-from app.services.runs import Runs
+from app.services.runs import Runs, RunSettings
 from tests.support.fakes import MemoryEventStore, MemoryFlightLog
 from tests.support.job_plans import LAST_SEQ, ROUTE
 from tests.support.known_links import KnownLinks
@@ -71,6 +71,7 @@ class JobService:
 
     vehicles: tuple[ScriptedVehicle, ...]
     site: str | None = None
+    settings: RunSettings = FAST
     events: MemoryEventStore = field(default_factory=MemoryEventStore)
     clock: ShiftedClock = field(default_factory=ShiftedClock)
 
@@ -84,7 +85,7 @@ class JobService:
         await self.fleet.start()
         self.plans = Plans(KnownPlans(plans), self.journal, self.clock)
         runs = MemoryRuns(self.events)
-        self.runs = Runs(self.fleet, self.plans, runs, self.journal, self.clock, MemoryFlightLog(), FAST)
+        self.runs = Runs(self.fleet, self.plans, runs, self.journal, self.clock, MemoryFlightLog(), self.settings)
         await self.runs.begin()
         store = MemoryJobs(self.events)
         self.jobs = Jobs(store, self.plans, self.runs, self.fleet, self.journal, self.clock, PROMPT)
@@ -159,9 +160,11 @@ def a_vehicle(number: int) -> ScriptedVehicle:
 
 
 @asynccontextmanager
-async def job_service(count: int = 1, site: str | None = None) -> AsyncIterator[JobService]:
+async def job_service(
+    count: int = 1, site: str | None = None, settings: RunSettings = FAST
+) -> AsyncIterator[JobService]:
     """Running services, as a single Waydrop or as the gateway of a site."""
-    service = JobService(tuple(a_vehicle(number) for number in range(1, count + 1)), site)
+    service = JobService(tuple(a_vehicle(number) for number in range(1, count + 1)), site, settings)
     await service.begin()
     try:
         yield service

@@ -10,7 +10,7 @@ from app.domain.errors import JobWrongStateError
 from app.domain.model import FrozenForm
 from app.domain.prediction.motion import Wind
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import NOT_STARTED, Run, RunState
+from app.domain.run.run import BEFORE_FLIGHT, Run, RunState
 from app.domain.vehicle.state import VehicleType
 
 MOST_REFUSALS: Final = 20
@@ -371,8 +371,10 @@ def after(job: Job, run: Run | None, now: float) -> Job:
 
 
 def must_be_taken_off(job: Job, run: Run, now: float) -> bool:
-    """Whether the run is to be ended on the ground: the job was cancelled, or its latest start is over."""
-    return run.state in NOT_STARTED and (bool(job.end_requested) or job.is_late(now))
+    """Whether the run is to be ended on the ground, if its vehicle was not told to arm: the job was cancelled, or its
+    latest start is over.
+    """
+    return run.state in BEFORE_FLIGHT and (bool(job.end_requested) or job.is_late(now))
 
 
 def _start_failed(job: Job, run: Run) -> bool:

@@ -37,6 +37,7 @@ _S = RunState
 TERMINAL: Final = frozenset({_S.COMPLETED, _S.ABORTED, _S.FAILED, _S.LOST})
 NOT_STARTED: Final = frozenset({_S.CREATED, _S.UPLOADING, _S.UPLOADED})
 """No start is in progress: the run can be taken off the vehicle without moving it."""
+BEFORE_FLIGHT: Final = NOT_STARTED | {_S.STARTING}
 IN_FLIGHT: Final = frozenset({_S.FLYING, _S.AT_DROP, _S.PAUSED, _S.RETURNING})
 _AIRBORNE_NEXT = frozenset({_S.FLYING, _S.AT_DROP, _S.PAUSED, _S.RETURNING, _S.LANDED, _S.ABORTED, _S.FAILED, _S.LOST})
 

@@ -68,9 +68,12 @@ class JobChanges:
     async def cancel(self, job_id: str, actor: str, check: Callable[[Job], None] = lambda job: None) -> Job:
         """End a job that does not fly; a run that waits on its vehicle is taken off, and the job ends with it.
 
+        `check` is called with the job as it is then, just before the end is stored: whoever takes the run off does so
+        there, so that it cannot start meanwhile.
+
         Raises:
             NotFoundError, StorageError. JobWrongStateError: its run was started, or it has ended. Whatever `check`
-            raises about the job as it is then.
+            raises.
         """
 
         def cancelled(job: Job) -> Job:

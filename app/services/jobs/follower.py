@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from app.domain.errors import ConflictError, NotFoundError, WaydropError, WrongStateError
+from app.domain.errors import ConflictError, JobWrongStateError, NotFoundError, WaydropError
 from app.domain.jobs.assignment import why_not_ready
 from app.domain.jobs.job import Job, JobState, after, must_be_taken_off
 from app.domain.jobs.queue import VehicleQueue
@@ -13,6 +13,7 @@ from app.domain.run.run import Run, RunState
 from app.services.clock import Clock
 from app.services.jobs.availability import VehicleAvailability
 from app.services.jobs.repository import JobRepository
+from app.services.jobs.withdrawal import Withdrawal
 from app.services.runs import Runs
 
 EXPIRED = Reason.of(ReasonCode.JOB_EXPIRED)
@@ -34,6 +35,7 @@ class JobFollower:
     def __init__(self, repository: JobRepository, runs: Runs, availability: VehicleAvailability, clock: Clock) -> None:
         self._repository = repository
         self._runs = runs
+        self._withdrawal = Withdrawal(runs, repository)
         self._availability = availability
         self._clock = clock
 
@@ -42,12 +44,13 @@ class JobFollower:
         run = await self._run_of(job)
         now = self._clock.now()
         if run is not None and must_be_taken_off(job, run, now):
-            await self._take_off(job, run)
+            with suppress(JobWrongStateError):  # it has been told to arm: the next poll finds it in flight
+                await self._repository.change(job.id, self._taken_off)
             return
         job = await self._repository.change(
             job.id,
             lambda current: after(current, run, self._clock.now()),
-            also=lambda changed, queue: self._judged(job, changed, run, queue),
+            also=lambda before, changed, queue: self._judged(before, changed, run, queue),
         )
         if run is not None and run.state is RunState.UPLOADED and _may_be_started(job):
             await self._start(job, run)
@@ -71,13 +74,12 @@ class JobFollower:
         except NotFoundError:
             return None
 
-    async def _take_off(self, job: Job, run: Run) -> None:
-        """End the run on the ground; one that a person starts at this moment is let go, and the next poll finds it."""
-        if not job.end_requested:
-            asked = {"end_requested": "expired", "reason": EXPIRED}
-            job = await self._repository.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
-        with suppress(WrongStateError):
-            await self._runs.end_unstarted(run.id)
+    def _taken_off(self, job: Job) -> Job:
+        """The run is ended before that is stored: nothing starts it meanwhile. Raises JobWrongStateError."""
+        self._withdrawal.withdraw(job)
+        if job.end_requested:
+            return job
+        return job.changed(now=self._clock.now(), end_requested="expired", reason=EXPIRED)
 
     async def _start(self, job: Job, run: Run) -> None:
         if not self._availability.has(run.vehicle_id, run.id) or job.is_late(self._clock.now()):

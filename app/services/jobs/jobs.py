@@ -24,6 +24,7 @@ from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
 from app.services.jobs.time_slice import TimeSlice
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobSettings, JobUpdate, VehicleQueueView
+from app.services.jobs.withdrawal import Withdrawal
 from app.services.plans import Plans
 from app.services.runs import Runs
 
@@ -55,6 +56,7 @@ class Jobs:
         self._availability = VehicleAvailability(fleet, runs, self._repository)
         self._assessment = Assessment(fleet, settings.facts_s, plans.work)
         self._changes = JobChanges(self._repository, store, plans, clock)
+        self._withdrawal = Withdrawal(runs, self._repository)
         parts = (self._repository, runs, plans, self._availability, self._assessment)
         self._scheduler = JobScheduler(*parts, clock, settings)
         self._task: asyncio.Task[None] | None = None
@@ -114,7 +116,7 @@ class Jobs:
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:
-        job = await self._changes.cancel(job_id, actor)
+        job = await self._changes.cancel(job_id, actor, self._withdrawal.withdraw)
         self._scheduler.wake()
         return job
 
@@ -179,16 +181,13 @@ class Jobs:
     async def stop(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """Begin and start nothing on this vehicle; a run that flies goes on. Raises NotFoundError, StorageError."""
         self._fleet.vehicle(vehicle_id)
-        now = self._clock.now()
+        now, why = self._clock.now(), Reason.of(ReasonCode.QUEUE_STOPPED, actor=actor)
 
         def stopped(queue: VehicleQueue) -> VehicleQueue:
-            return (
-                queue
-                if queue.stopped
-                else queue.stopped_by(actor, Reason.of(ReasonCode.QUEUE_STOPPED, actor=actor), now=now)
-            )
+            return queue if queue.stopped else queue.stopped_by(actor, why, now=now)
 
         await self._repository.change_vehicle(vehicle_id, stopped, "stopped")
+        self._withdrawal.hold_back(vehicle_id, why)
         return self._vehicle_view(self._availability.one(vehicle_id))
 
     async def resume(self, vehicle_id: str, actor: str) -> VehicleQueueView:

@@ -67,9 +67,10 @@ class JobRepository:
         step: Callable[[Job], Job],
         actor: str = WAYDROP,
         *,
-        also: Callable[[Job, VehicleQueue], VehicleQueue] | None = None,
+        also: Callable[[Job, Job, VehicleQueue], VehicleQueue] | None = None,
     ) -> Job:
-        """The open job after `step`; stored if it differs, together with what `also` makes of its vehicle's queue.
+        """The open job after `step`; stored if it differs, together with what `also` makes of its vehicle's queue:
+        it gets the job before and after, and the queue.
 
         Raises:
             NotFoundError: it is not open. StorageError: it is as it was. Whatever `step` raises.
@@ -81,7 +82,7 @@ class JobRepository:
                 return before
             job = self._fenced(job)
             events, records = [self._job_event(before, job, actor)], list[JobRecord]([job])
-            queue = None if also is None or job.vehicle_id is None else also(job, self.vehicle(job.vehicle_id))
+            queue = None if also is None or job.vehicle_id is None else also(before, job, self.vehicle(job.vehicle_id))
             if queue is not None and queue != self.vehicle(queue.vehicle_id):
                 events.append(self._queue_event(queue, "stopped" if queue.stopped else "cleared"))
                 records.append(queue)

@@ -52,7 +52,7 @@ class JobRequest(FrozenForm):
 
     `allowed_vehicles` restricts "any". A vehicle with less than `min_battery_percent`, or one that does not report its
     charge, is refused; 0 accepts both. `wind` is used by the checks and the run; null is calm air. The job does not
-    start before `not_before`, and expires if the vehicle has not taken off by `deadline`. `auto_start` false: the
+    start before `not_before`, and expires if the vehicle was not told to arm by `deadline`. `auto_start` false: the
     mission is uploaded, and an operator starts the run. True: Waydrop starts it, once, as soon as it is prepared and
     its vehicle has no refusals. Higher `priority` comes first. Both times are at most ten years ahead.
     """

@@ -35,7 +35,7 @@ from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import IN_FLIGHT, NOT_STARTED, Run, RunAction, RunState
+from app.domain.run.run import BEFORE_FLIGHT, IN_FLIGHT, NOT_STARTED, Run, RunAction, RunState
 from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode, VehicleProfile
 from app.services.background import end_tasks
@@ -57,7 +57,6 @@ from app.services.vehicle_commands import hold_here, refuse_amid_failsafe
 
 log = structlog.get_logger(__name__)
 WAITING_FACTS: Final = 1024
-BEFORE_FLIGHT: Final = NOT_STARTED | {RunState.STARTING}
 LOOKED_AT_S: Final = AGREED_S + 1.0
 """A vehicle that says disarmed: maximum time until its messages agree, or it is commanded all the same."""
 HAS_LANDED: Final = "the vehicle has landed and is disarmed"
@@ -90,6 +89,8 @@ class RunFlight:
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
         self._start_asked = asyncio.Event()
         self._abort_asked = asyncio.Event()
+        self._start_task: asyncio.Task[None] | None = None
+        self._held_back: Reason | None = None
         self._acting = asyncio.Lock()
         if recorder.run.start_requested and recorder.run.state is RunState.CREATED:
             self._start_asked.set()  # after a restart of Waydrop nothing starts automatically
@@ -123,11 +124,12 @@ class RunFlight:
     def ask_start(self) -> None:
         """Start an uploaded run. Raises as require_startable."""
         self.require_startable()
+        self._held_back = None
         self._start_asked.set()
 
     def require_startable(self) -> None:
         """Raises WrongStateError unless a start may be requested, VehicleTakenError if somebody else has armed it."""
-        if self._monitor.run.state not in NOT_STARTED:
+        if self._monitor.run.state not in NOT_STARTED or self._abort_asked.is_set():
             raise self._wrong("start")
         if self._link.state().armed:
             raise armed_by_others(f"vehicle {self._monitor.run.vehicle_id}", self._link.state().mode)
@@ -139,11 +141,34 @@ class RunFlight:
             return
         await self.return_to_launch()
 
-    def end_unstarted(self) -> None:
-        """Cancel a run that was not started: this moves nothing. Raises WrongStateError from its start on."""
-        if self._monitor.run.state not in NOT_STARTED:
+    def withdraw(self) -> None:
+        """End a run whose vehicle was not told to arm, and certainly is not any more. Idempotent.
+
+        Raises WrongStateError: an arming was sent, or it flies.
+        """
+        run = self._monitor.run
+        if run.is_over and run.started_at is None:
+            return
+        if not self._is_unarmed:
             raise self._wrong("be taken off the vehicle")
         self._abort_asked.set()
+        self._break_off_start()
+
+    def hold_back(self, why: Reason) -> None:
+        """End a start that was asked, if it has sent no arming yet: the run is uploaded again, with this reason."""
+        if self._is_unarmed:
+            self._held_back = why
+            self._break_off_start()
+
+    @property
+    def _is_unarmed(self) -> bool:
+        """Whether no arming was sent that may still count."""
+        return self._monitor.run.state in BEFORE_FLIGHT and not self._preparation.may_fly
+
+    def _break_off_start(self) -> None:
+        """Nothing more is sent: a task that is cancelled goes on with its clean-up alone."""
+        if self._start_task is not None:
+            self._start_task.cancel()
 
     async def act(
         self, action: RunAction, command: Callable[[], Awaitable[None]], rally: RallyDestination | None = None
@@ -291,16 +316,19 @@ class RunFlight:
 
     async def _prepare(self, uploaded: bool) -> bool:
         """Upload and start; whether the vehicle flies now."""
-        if not uploaded and not await self._step(self._preparation.upload, RunState.FAILED):
+        if not uploaded and not await self._step(asyncio.create_task(self._preparation.upload()), RunState.FAILED):
             return False
         while True:
             if not await self._wait_for_start():
                 await self._close(RunState.ABORTED, Reason.of(ReasonCode.ABORTED_ON_GROUND))
                 return False
             self._forget_facts()  # what happened while it stood there, such as a battery swap, is no part of the flight
-            start = partial(self._preparation.start, self._forget_facts)
             by_creation = self._monitor.run.start_requested and not uploaded
             self._start_asked.clear()
+            if self._held_back is not None:
+                await self._close(RunState.UPLOADED, self._held_back)
+                continue
+            start = self._start_task = asyncio.create_task(self._preparation.start(self._forget_facts))
             if await self._step(start, RunState.FAILED if by_creation else RunState.UPLOADED):
                 if self._monitor.run.state is RunState.STARTING:
                     self._reach(RunState.FLYING)
@@ -310,12 +338,11 @@ class RunFlight:
             if self._monitor.run.is_over:
                 return False
 
-    async def _step(self, step: Callable[[], Awaitable[None]], on_failure: RunState) -> bool:
-        """One step before the flight, which an abort ends. A failure is the run's next state, with its reason.
+    async def _step(self, task: asyncio.Task[None], on_failure: RunState) -> bool:
+        """One step before the flight, which can be broken off. A failure is the run's next state, with its reason.
 
         Whether it was done, or cannot be undone: a vehicle that may fly is followed.
         """
-        task = asyncio.ensure_future(step())
         abort = asyncio.ensure_future(self._abort_asked.wait())
         try:
             await asyncio.wait({task, abort}, return_when=asyncio.FIRST_COMPLETED)
@@ -326,7 +353,10 @@ class RunFlight:
                 await self._follow_all_the_same(None if task.cancelled() else task.exception())
                 return True
             if task.cancelled():
-                await self._close(RunState.ABORTED, Reason.of(ReasonCode.ABORTED_ON_GROUND))
+                if self._held_back is None or self._abort_asked.is_set():
+                    await self._close(RunState.ABORTED, Reason.of(ReasonCode.ABORTED_ON_GROUND))
+                else:
+                    await self._close(RunState.UPLOADED, self._held_back)
                 return False
             error = task.exception()
             if error is None:

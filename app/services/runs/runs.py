@@ -15,8 +15,9 @@ from app.domain.events.run import RunCreated, RunPredicted, RunTakenOver
 from app.domain.ports.stores import ALL_RUNS, AnswerTo, FlightLog, RunFilter, RunStore
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Wind
+from app.domain.reasons import Reason
 from app.domain.run.remaining_mission import refuse_continued
-from app.domain.run.run import Run, RunState, TakenOver
+from app.domain.run.run import NOT_STARTED, Run, RunState, TakenOver
 from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
@@ -212,9 +213,20 @@ class Runs:
         await flight.abort()
         return flight.run
 
-    async def end_unstarted(self, run_id: str) -> None:
-        """Take a run off its vehicle that was not started. Raises NotFoundError; WrongStateError: it was started."""
-        (await self._flight(run_id)).end_unstarted()
+    def withdraw(self, run_id: str) -> None:
+        """End an open run whose vehicle was not told to arm: from now on nothing arms it. Idempotent.
+
+        Raises WrongStateError: it is too late, or how its start went on is not known yet.
+        """
+        if (flight := self._flights.get(run_id)) is not None:
+            flight.withdraw()
+        elif (run := self._waiting.get(run_id)) is not None and run.state not in NOT_STARTED:
+            raise self._not_followed(run)
+
+    def hold_back(self, run_id: str, why: Reason) -> None:
+        """End the start of a run if it has sent no arming yet. The run waits for another start, with this reason."""
+        if (flight := self._flights.get(run_id)) is not None:
+            flight.hold_back(why)
 
     async def change_mission(
         self, run_id: str, plan: str | NewPlan, continue_at: str | None, actor: str, needed: Collection[str] = ()
@@ -335,12 +347,15 @@ class Runs:
             run = await self.get(run_id)
             if run_id not in self._waiting:
                 raise WrongStateError(f"run {run_id} has ended: it is {run.state.value}", state=run.state.value)
-            raise RunNotFollowedError(
-                f"run {run_id} is not followed here: {self._fleet.why_not_followed(run_id)}",
-                state=run.state.value,
-                hint="command the vehicle itself: its hold, return and land are sent",
-            )
+            raise self._not_followed(run)
         flight = self._flights[run_id]
         if action:
             self._fleet.vehicle(flight.run.vehicle_id).commanded(action)
         return flight
+
+    def _not_followed(self, run: Run) -> RunNotFollowedError:
+        return RunNotFollowedError(
+            f"run {run.id} is not followed here: {self._fleet.why_not_followed(run.id)}",
+            state=run.state.value,
+            hint="command the vehicle itself: its hold, return and land are sent",
+        )

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from app.domain.errors import WrongStateError
 from app.domain.events import NewEvent
 from app.domain.jobs.job import Job, JobState
 from app.domain.reasons import Reason, ReasonCode, describe
@@ -127,9 +128,7 @@ async def test_what_forbids_a_start_while_it_is_checked_holds_it_back_until_that
         assert service.armed() == 1
 
 
-async def test_a_run_that_a_person_starts_while_its_end_is_stored_is_not_brought_back(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+async def test_a_run_cannot_be_started_while_its_end_is_stored(monkeypatch: pytest.MonkeyPatch) -> None:
     async with job_service() as service:
         job = await service.order(vehicle="v1", deadline=at(service, 600.0))
         prepared = await service.until_state(job, "prepared")
@@ -144,10 +143,8 @@ async def test_a_run_that_a_person_starts_while_its_end_is_stored_is_not_brought
         monkeypatch.setattr(service.journal, "record", record_later)
         service.clock.ahead_s = 601.0
         await service.until(storing.is_set, "the end must be asked")
-        await service.runs.start(prepared.run_id or "")
-        await service.until(lambda: service.events.runs[prepared.run_id or ""].state is RunState.FLYING, "it must fly")
+        with pytest.raises(WrongStateError):
+            await service.runs.start(prepared.run_id or "")
         stored.set()
-        flying = await service.until_state(job, "flying")
-        assert "started before" in describe(flying.reason)
-        assert not {"return", "disarm"} & set(service.vehicles[0].sent)
-        assert (await service.fly(job)).state is JobState.COMPLETED
+        await service.until_state(job, "expired")
+        assert service.armed() == 0
