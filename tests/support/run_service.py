@@ -62,8 +62,11 @@ class MemoryRuns:
         return self._events.runs.get(run_id)
 
     async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
-        found = [run for run in self._events.runs.values() if wanted.vehicle_id in (None, run.vehicle_id)]
-        return [run for run in reversed(found) if not (wanted.open_only and run.is_over)][:limit]
+        newest_first = [*reversed(self._events.runs.values())]
+        if wanted.older_than is not None:
+            newest_first = newest_first[[run.id for run in newest_first].index(wanted.older_than) + 1 :]
+        found = [run for run in newest_first if wanted.vehicle_id in (None, run.vehicle_id)]
+        return [run for run in found if not (wanted.open_only and run.is_over)][:limit]
 
     async def open_states(self) -> Mapping[RunState, int]:
         return Counter(run.state for run in self._events.runs.values() if not run.is_over)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 from app.domain.jobs.assignment import (
     VehicleReadiness,
 )
+from app.domain.jobs.job import was_broken_off
 from app.domain.offboard.state import OffboardState
 from app.domain.ports.stores import RunFilter
 from app.domain.run.run import Run
@@ -14,6 +16,9 @@ from app.services.fleet import Fleet, FleetVehicle
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.time_slice import TimeSlice
 from app.services.runs import Runs
+
+EARLIER_AT_ONCE: Final = 20
+"""Runs that are read together once the newest one was broken off."""
 
 
 class VehicleAvailability:
@@ -41,13 +46,20 @@ class VehicleAvailability:
         return self._fleet.vehicle(vehicle_id).run_id == run_id
 
     async def newest_run(self, vehicle_id: str) -> Run | None:
-        """The newest run of the vehicle, from any source. Raises StorageError."""
-        found = await self._runs.list_runs(1, RunFilter(vehicle_id=vehicle_id))
-        return found[0] if found else None
+        """The newest run of the vehicle that tells what it carries, from any source: one that a restart broke off
+        before its start hides nothing of the run before it. Raises StorageError.
+        """
+        cleared_id, limit, older_than = self._repository.vehicle(vehicle_id).cleared_run_id, 1, None
+        while found := await self._runs.list_runs(limit, RunFilter(vehicle_id=vehicle_id, older_than=older_than)):
+            for run in found:
+                if run.id == cleared_id or not was_broken_off(run):
+                    return run
+            limit, older_than = EARLIER_AT_ONCE, found[-1].id
+        return None
 
     async def judge(self, vehicle_id: str, now: float) -> None:
-        """Stop the queue of the vehicle if its newest run ended badly and no operator resumed it since. Raises
-        StorageError.
+        """Stop the queue of the vehicle if its newest run, see `newest_run`, ended badly and no operator resumed it
+        since. Raises StorageError.
         """
         newest = await self.newest_run(vehicle_id)
         await self._repository.change_vehicle(vehicle_id, lambda queue: queue.judged(newest, now=now), "stopped")
