@@ -117,7 +117,7 @@ async def cancel_job(call: Call[NoQuery, Empty]) -> web.Response:
     "POST",
     "/jobs/{job_id}/clear-claim",
     Role.PILOT,
-    Answer(200, "The job, which waits again", Job),
+    Answer(200, "The job, which waits again, or has ended if that was requested", Job),
     errors=(*STORED, "job.wrong_state"),
 )
 async def clear_job_claim(call: Call[NoQuery, Empty]) -> web.Response:

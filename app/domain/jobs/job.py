@@ -263,15 +263,18 @@ class Job(FrozenForm):
         return self.assigned(vehicle_id, run_id, candidates, now=now).changed(now=now, claim=claim)
 
     def taken_back(self, reason: Reason | None, *, now: float) -> Job:
-        """The cluster's job without a gateway. Raises JobWrongStateError: its run was started, or it has ended."""
+        """The cluster's job without a gateway; one that was to end ends.
+
+        Raises JobWrongStateError: its run was started, or it has ended.
+        """
         if self.claim is None or self.state not in (JobState.PREPARING, JobState.PREPARED, JobState.RETURNED):
             raise JobWrongStateError(
                 f"job {self.id} is {self.state.value} and cannot be given to another gateway",
                 hint="read the job again",
                 state=self.state.value,
             )
-        queued = self.model_copy(update={"state": JobState.PREPARING, "claim": None, "end_requested": ""})
-        return queued.requeued(reason, now=now).changed(now=now, ended_at=None)
+        given = self.model_copy(update={"state": JobState.PREPARING, "claim": None, "ended_at": None})
+        return given.requeued(reason, now=now)
 
     def supersedes(self, known: Job) -> bool:
         """Whether this, which was told later, counts: of one fencing number, only its claimant says more."""

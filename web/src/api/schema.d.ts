@@ -17625,7 +17625,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The job, which waits again */
+            /** @description The job, which waits again, or has ended if that was requested */
             200: {
                 headers: {
                     [name: string]: unknown;

@@ -168,6 +168,36 @@ async def test_a_gateway_takes_no_job_that_was_given_to_it_long_ago() -> None:
         assert (await service.jobs.take(given.changed(now=service.clock.now()))).claim is not None
 
 
+@pytest.mark.parametrize("end", ["cancelled", "expired"])
+async def test_a_job_that_was_to_end_at_its_gateway_ends_when_its_claim_is_cleared(end: str) -> None:
+    """The gateway is cut off before it has taken the run off its vehicle."""
+    async with two_sites() as sites:
+        assert sites.node is not None
+        sites.services["south"].vehicles[0].put(connected=False)
+        north = sites.services["north"]
+        north.vehicles[0].upload_gate.clear()
+        deadline = datetime.fromtimestamp(time.time() + 600.0, UTC).isoformat()
+        job = await sites.order(deadline=deadline)
+        await sites.until(lambda: north.vehicles[0].waits_at_gate, "the north must have taken it")
+        north.events.refuse = lambda event: None if _is(event, "end_requested") else StorageError("killed")
+        if end == "cancelled":
+            await north.jobs.cancel(job.id, "anna")
+        else:
+            sites.pass_time(601.0)
+        await sites.until(lambda: sites.job(job).end_requested == end, "its end must be requested")
+        sites.store.cut_off.add("north")
+        sites.bus.loses_request = lambda subject: subject == calls_of("north")
+        sites.services["south"].vehicles[0].put(connected=True)
+        sites.pass_time(CLEARED_AFTER_S)
+        cleared = await sites.node.clear_claim(job.id, "bob")
+        assert (cleared.state, cleared.claim, cleared.end_requested) == (JobState(end), None, "")
+        assert cleared.ended_at is not None
+        assert cleared.reason is not None
+        assert cleared.reason.code is (ReasonCode.JOB_CANCELLED if end == "cancelled" else ReasonCode.JOB_EXPIRED)
+        await looks(sites)
+        assert sites.armed() == {"north": 0, "south": 0}
+
+
 async def test_another_node_goes_on_after_one_that_died_between_naming_and_telling() -> None:
     async with two_sites() as sites:
         sites.services["south"].vehicles[0].put(connected=False)
