@@ -387,10 +387,11 @@ def _start_failed(job: Job, run: Run) -> bool:
 
 
 def _ended(job: Job, run: Run, now: float) -> Job:
-    if run.state is RunState.ABORTED and run.started_at is None:
-        reason = job.reason if job.end_requested else Reason.of(ReasonCode.JOB_RUN_ENDED, run.reason)
-        return job.moved_to(JobState(job.end_requested or "cancelled"), now=now, reason=reason)
-    if was_broken_off(run) and (job.end_requested or job.state is JobState.PREPARING):
+    if run.started_at is None and run.state is not RunState.LOST and job.end_requested:
+        return job.moved_to(JobState(job.end_requested), now=now, reason=job.reason)
+    if run.started_at is None and run.state is RunState.ABORTED:
+        return job.moved_to(JobState.CANCELLED, now=now, reason=Reason.of(ReasonCode.JOB_RUN_ENDED, run.reason))
+    if was_broken_off(run) and job.state is JobState.PREPARING:
         return job.requeued(run.reason, now=now)
     bad = why_bad(run)
     return job.moved_to(JobState.COMPLETED if bad is None else JobState.FAILED, now=now, reason=bad)

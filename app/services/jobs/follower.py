@@ -65,7 +65,7 @@ class JobFollower:
     def _judged(self, before: Job, job: Job, run: Run | None, queue: VehicleQueue) -> VehicleQueue:
         if run is None or not job.is_over:
             return queue
-        taken_off = before.end_requested and job.state in (JobState.CANCELLED, JobState.EXPIRED)
+        taken_off = before.end_requested and run.started_at is None and run.state is RunState.ABORTED
         return queue.cleared(run.id) if taken_off else queue.judged(run, now=self._clock.now())
 
     async def _run_of(self, job: Job) -> Run | None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import Final
 
 import structlog
 
@@ -29,14 +31,21 @@ POLL_S = 0.25
 AGAIN_S = 1.0
 ITEM_KNOWN_S = 3.0
 """MISSION_CURRENT has a rate of 1 Hz."""
+_ENDS: Final[Mapping[ReasonCode, RunState]] = {
+    ReasonCode.NOT_SEEN_AFTER_RESTART: RunState.LOST,
+    ReasonCode.ABORTED_ON_GROUND: RunState.ABORTED,
+}
 
 
 class RunRecovery:
-    """Never starts anything: it observes what the vehicle does, and lets the run follow."""
+    """Never starts anything: it observes what the vehicle does, and lets the run follow. `is_withdrawn`: whether a run
+    that was not started is to end without its vehicle.
+    """
 
-    def __init__(self, fleet: Fleet, parts: FlightParts) -> None:
+    def __init__(self, fleet: Fleet, parts: FlightParts, is_withdrawn: Callable[[str], bool]) -> None:
         self._fleet = fleet
         self._parts = parts
+        self._is_withdrawn = is_withdrawn
 
     async def found(self, run: Run) -> AssembledFlight | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded. What passes, such as a
@@ -56,6 +65,9 @@ class RunRecovery:
             return None
         plan = await self._plan(run.plan_id)
         link = None if run.state in NOT_STARTED else await self._vehicle(run)
+        if run.state in UNSTARTED and self._is_withdrawn(run.id):
+            await self._give_up(run, ReasonCode.ABORTED_ON_GROUND)
+            return None
         if plan is None or link is None:
             await self._give_up(run)
             return None
@@ -89,9 +101,13 @@ class RunRecovery:
             return None
 
     async def _vehicle(self, run: Run) -> VehicleLink | None:
-        """Wait until the vehicle is connected, with its identity and mission known."""
+        """Wait until the vehicle is connected, with its identity and mission known: for one that was not started as
+        long as nobody ends its run, as without a restart.
+        """
         deadline_s = self._parts.clock.monotonic() + self._parts.settings.lost_after_s
-        while self._parts.clock.monotonic() < deadline_s:
+        while self._parts.clock.monotonic() < deadline_s or run.state in UNSTARTED:
+            if self._is_withdrawn(run.id):
+                return None
             try:
                 link = self._fleet.link(run.vehicle_id)
             except NotFoundError:
@@ -131,7 +147,7 @@ class RunRecovery:
         """End a run that cannot be followed. What was commanded and not answered stays unknown."""
         if run.state in NOT_STARTED and code is ReasonCode.NOT_SEEN_AFTER_RESTART:
             code = ReasonCode.RESTART_BEFORE_UPLOAD_ENDED
-        state = RunState.LOST if code is ReasonCode.NOT_SEEN_AFTER_RESTART else RunState.FAILED
+        state = _ENDS.get(code, RunState.FAILED)
         recorder = RunRecorder(run, self._parts.journal, self._parts.clock)
         ended = ended_unseen(run, state, Reason.of(code), self._parts.clock.now())
         recorder.update(ended, [RunChanged(ended)])

@@ -65,6 +65,7 @@ class Runs:
         )
         self._flights: dict[str, RunFlight] = {}
         self._waiting: dict[str, Run] = {}
+        self._withdrawn: set[str] = set()
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
     async def begin(self) -> None:
@@ -208,7 +209,13 @@ class Runs:
         return flight.run
 
     async def abort(self, run_id: str) -> Run:
-        """Before take-off: cancel. In flight: return. Raises NotFoundError, WrongStateError, LinkError."""
+        """Before take-off: cancel, also if its vehicle has not connected since the service started. In flight: return.
+
+        Raises NotFoundError, WrongStateError, LinkError.
+        """
+        if run_id not in self._flights and run_id in self._waiting and self._waiting[run_id].state in NOT_STARTED:
+            self.withdraw(run_id)
+            return self._waiting[run_id]
         flight = await self._flight(run_id, "return")
         await flight.abort()
         return flight.run
@@ -220,8 +227,10 @@ class Runs:
         """
         if (flight := self._flights.get(run_id)) is not None:
             flight.withdraw()
-        elif (run := self._waiting.get(run_id)) is not None and run.state not in NOT_STARTED:
-            raise self._not_followed(run)
+        elif (run := self._waiting.get(run_id)) is not None:
+            if run.state not in NOT_STARTED:
+                raise self._not_followed(run)
+            self._withdrawn.add(run_id)
 
     def hold_back(self, run_id: str, why: Reason) -> None:
         """End the start of a run if it has sent no arming yet. The run waits for another start, with this reason."""
@@ -319,10 +328,12 @@ class Runs:
         return vehicle.run_id
 
     async def _recover(self, run: Run) -> None:
-        made = await RunRecovery(self._fleet, self._parts).found(run)
+        made = await RunRecovery(self._fleet, self._parts, self._withdrawn.__contains__).found(run)
         if made is None:
             return
         self._flights[run.id] = made.flight
+        if run.id in self._withdrawn:
+            made.flight.withdraw()
         self._fleet.vehicle(run.vehicle_id).own(run.id)
         await made.flight.fly(uploaded=True, in_flight=run.state is not RunState.UPLOADED)
 
@@ -335,6 +346,7 @@ class Runs:
         self._tasks.pop(run_id, None)
         flight = self._flights.pop(run_id, None)
         waiting = self._waiting.pop(run_id, None)
+        self._withdrawn.discard(run_id)
         run = flight.run if flight is not None else waiting
         if not task.cancelled() and (error := task.exception()) is not None:
             log.error("the task of a run failed; the run is recovered at the next start", run_id=run_id, exc_info=error)

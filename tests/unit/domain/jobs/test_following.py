@@ -53,6 +53,22 @@ def test_a_run_that_was_taken_off_ends_the_job_as_was_asked() -> None:
         assert (ended.state, ended.reason, ended.end_requested) == (state, some(), "")
 
 
+@pytest.mark.parametrize(
+    ("run", "state"),
+    [
+        (a_run(RunState.FAILED, reason=Reason.of(ReasonCode.OTHER_MISSION_ON_BOARD)), JobState.CANCELLED),
+        (a_run(RunState.LOST, reason=Reason.of(ReasonCode.NOT_SEEN_AFTER_RESTART)), JobState.FAILED),
+        (a_run(RunState.FAILED, started_at=1.0, reason=some()), JobState.FAILED),
+    ],
+    ids=["not started", "perhaps started", "started"],
+)
+def test_a_job_that_was_cancelled_ends_so_unless_its_run_may_have_flown(run: Run, state: JobState) -> None:
+    asked = PREPARED.model_copy(update={"end_requested": "cancelled", "reason": CANCELLED})
+    ended = after(asked, run, NOW)
+    assert (ended.state, ended.end_requested) == (state, "")
+    assert (ended.reason == CANCELLED) is (state is JobState.CANCELLED)
+
+
 def test_a_job_that_was_cancelled_while_its_run_was_made_ends_and_does_not_wait_again() -> None:
     asked = GIVEN.model_copy(update={"end_requested": "cancelled", "reason": CANCELLED})
     broken_off = a_run(RunState.FAILED, reason=Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED))

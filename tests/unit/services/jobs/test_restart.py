@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
 
 from app.domain.errors import StorageError
 from app.domain.jobs.job import Job, JobState
@@ -11,6 +14,8 @@ from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.services.jobs.views import JobUpdate
 from tests.support.job_service import JobService, job_service
+from tests.support.scheduled_jobs import at
+from tests.support.scripted_link import FAST
 
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue and more: what must not happen has its chance to."""
@@ -92,6 +97,46 @@ async def test_a_job_that_was_prepared_and_not_yet_started_goes_on_after_a_resta
         await service.until(lambda: service.fleet.view("v1").run_id == prepared.run_id, "the run must be taken up")
         await service.runs.start(prepared.run_id or "")
         await service.until_state(job, "flying")
+
+
+IMPATIENT = replace(FAST, lost_after_s=0.05)
+
+
+@pytest.mark.parametrize("end", ["", "cancelled", "expired"])
+async def test_a_prepared_job_keeps_waiting_for_a_vehicle_that_is_off_until_it_is_to_end(end: str) -> None:
+    async with job_service(settings=IMPATIENT) as service:
+        job = await service.order(vehicle="v1", deadline=at(service, 600.0))
+        prepared = await service.until_state(job, "prepared")
+        service.vehicles[0].put(connected=False)
+        await service.restart()
+        await asyncio.sleep(IMPATIENT.lost_after_s + SOME_LOOKS_S)
+        assert service.job(job) == prepared
+        if end == "cancelled":
+            await service.jobs.cancel(job.id, "desk")
+        elif end == "expired":
+            service.clock.ahead_s = 601.0
+        if end:
+            await service.until_state(job, end, "failed")
+            assert service.job(job).state is JobState(end)
+            assert service.events.runs[prepared.run_id or ""].state is RunState.ABORTED
+            assert not service.events.queues["v1"].stopped
+        service.vehicles[0].put(connected=True)
+        if not end:
+            await service.until(lambda: service.fleet.view("v1").run_id == prepared.run_id, "it must be taken up")
+            await service.runs.start(prepared.run_id or "")
+            await service.until_state(job, "flying")
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert service.armed() == (0 if end else 1)
+
+
+async def test_a_job_that_is_cancelled_before_its_vehicle_is_found_again_does_not_start() -> None:
+    async with job_service() as service:
+        job = await service.order(vehicle="v1")
+        await service.until_state(job, "prepared")
+        await service.restart()
+        await service.jobs.cancel(job.id, "desk")
+        await service.until_state(job, "cancelled")
+        await service.until_state(await service.order(vehicle="v1"), "prepared")
 
 
 async def test_a_preparation_that_a_restart_broke_off_is_made_again_with_another_run() -> None:

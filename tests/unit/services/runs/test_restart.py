@@ -17,6 +17,7 @@ from app.domain.run.run import RunState
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import LandedState
 from tests.support.run_service import RunService, restarted, run_service
+from tests.support.scripted_link import FAST
 
 
 async def land(service: RunService) -> None:
@@ -89,6 +90,26 @@ async def test_after_a_restart_during_an_upload_nothing_is_started() -> None:
         await restarted(service)
         await service.until_state(RunState.FAILED)
         assert service.vehicle.sent == []
+
+
+@pytest.mark.parametrize("is_ended", [False, True])
+async def test_an_uploaded_run_waits_for_its_vehicle_without_a_limit_until_somebody_ends_it(is_ended: bool) -> None:
+    impatient = replace(FAST, lost_after_s=0.05)
+    async with run_service(settings=impatient) as service:
+        await service.create(start=False)
+        await service.until_state(RunState.UPLOADED)
+        await restarted(service, meanwhile=lambda: service.vehicle.put(connected=False), settings=impatient)
+        await asyncio.sleep(impatient.lost_after_s * 4)
+        assert service.run.state is RunState.UPLOADED
+        if is_ended:
+            await service.runs.abort(service.run_id)
+            await service.until_state(RunState.ABORTED)
+            await service.until(lambda: not service.runs.open_runs(), "the vehicle must be free")
+        service.vehicle.put(connected=True)
+        if not is_ended:
+            await service.until(lambda: service.runs.flight(service.run_id) is not None, "it must be followed")
+            await service.runs.start(service.run_id)
+            await service.until_state(RunState.FLYING)
 
 
 async def vanish(service: RunService) -> None:
