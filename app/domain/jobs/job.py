@@ -381,9 +381,13 @@ def must_be_taken_off(job: Job, run: Run, now: float) -> bool:
 
 
 def _start_failed(job: Job, run: Run) -> bool:
-    """Whether the start that we asked for failed on the ground. We do not ask again; a person may."""
+    """Whether the start that we asked for failed on the ground. We do not ask again; a person may. After a restart the
+    job says so already.
+    """
     asked_at = job.start_requested_at
-    return asked_at is not None and run.state is RunState.UPLOADED and run.updated_at > asked_at
+    if asked_at is None or run.reason is None or run.reason.code is ReasonCode.RESTART_DURING_START_DISARMED:
+        return False
+    return run.state is RunState.UPLOADED and run.updated_at > asked_at
 
 
 def _ended(job: Job, run: Run, now: float) -> Job:

@@ -11,7 +11,7 @@ from typing import Final
 import structlog
 
 from app.domain.errors import LinkError, NotFoundError, StorageError, VehicleQuarantinedError
-from app.domain.events.run import RunChanged
+from app.domain.events.run import RunChanged, RunCommand, RunCommandName
 from app.domain.flight.inputs import Recovered
 from app.domain.flight.recovery import OnboardMission, changed_mission, ended_unseen, recorded_mission, taken_over
 from app.domain.mission import MissionType
@@ -29,6 +29,7 @@ log = structlog.get_logger(__name__)
 NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 POLL_S = 0.25
 AGAIN_S = 1.0
+EVENTS_AT_ONCE = 500
 ITEM_KNOWN_S = 3.0
 """MISSION_CURRENT has a rate of 1 Hz."""
 _ENDS: Final[Mapping[ReasonCode, RunState]] = {
@@ -75,13 +76,16 @@ class RunRecovery:
         if carried is None:
             await self._give_up(run, ReasonCode.OTHER_MISSION_ON_BOARD)
             return None
+        facts = partial(self._fleet.facts, run.vehicle_id)
+        then = await facts()
         if run.state is RunState.STARTING and not link.state().armed:
-            await self._give_up(run, ReasonCode.RESTART_DURING_START_DISARMED)
-            return None
+            if await self._may_have_flown(run):
+                await self._give_up(run, ReasonCode.RESTART_DURING_START_DISARMED)
+                return None
+            carried = replace(carried, run=await self._set_back(carried.run))
         state = await self._with_item_known(link) if run.is_new_here else link.state()
         carried = replace(carried, run=taken_over(carried.run, carried.mission, state))
-        facts = partial(self._fleet.facts, run.vehicle_id)
-        made = assemble(carried.run, carried.plan, carried.mission, link, await facts(), facts, self._parts)
+        made = assemble(carried.run, carried.plan, carried.mission, link, then, facts, self._parts)
         if carried.run.taken_over != run.taken_over:
             made.recorder.record(RunChanged(carried.run))
         recovered = Recovered(
@@ -93,6 +97,33 @@ class RunRecovery:
         )
         made.monitor.feed(recovered)
         return made
+
+    async def _may_have_flown(self, run: Run) -> bool:
+        """Whether the start that was interrupted had commanded the mission, as far as this journal can tell: that is
+        stored before it is sent.
+        """
+        if run.taken_over is not None:
+            return True
+        commanded, after = False, 0
+        while events := await self._parts.journal.read(after, EVENTS_AT_ONCE, run.id):
+            after = events[-1].seq
+            for event in events:
+                told = event.data
+                if isinstance(told, RunCommand) and told.command is RunCommandName.START_MISSION:
+                    commanded = True
+                elif isinstance(told, RunChanged) and told.root.state is RunState.UPLOADED:
+                    commanded = False  # an earlier start failed, and the vehicle was disarmed
+        return commanded
+
+    async def _set_back(self, run: Run) -> Run:
+        """The run as before its start, which a person may repeat; stored."""
+        now = self._parts.clock.now()
+        reason = Reason.of(ReasonCode.RESTART_DURING_START_DISARMED)
+        uploaded = run.moved_to(RunState.UPLOADED, now=now, reason=reason)
+        recorder = RunRecorder(run, self._parts.journal, self._parts.clock)
+        recorder.update(uploaded, [RunChanged(uploaded)])
+        await recorder.flush()
+        return uploaded
 
     async def _plan(self, plan_id: str) -> Plan | None:
         try:

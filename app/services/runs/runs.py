@@ -335,7 +335,7 @@ class Runs:
         if run.id in self._withdrawn:
             made.flight.withdraw()
         self._fleet.vehicle(run.vehicle_id).own(run.id)
-        await made.flight.fly(uploaded=True, in_flight=run.state is not RunState.UPLOADED)
+        await made.flight.fly(uploaded=True, in_flight=made.flight.run.state is not RunState.UPLOADED)
 
     def _own(self, run_id: str, work: Coroutine[None, None, None]) -> None:
         task = asyncio.create_task(work, name=f"run {run_id}")

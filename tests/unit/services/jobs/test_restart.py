@@ -99,6 +99,30 @@ async def test_a_job_that_was_prepared_and_not_yet_started_goes_on_after_a_resta
         await service.until_state(job, "flying")
 
 
+@pytest.mark.parametrize("auto_start", [True, False], ids=["by itself", "by a person"])
+async def test_a_start_that_a_restart_interrupted_waits_for_a_person(auto_start: bool) -> None:
+    async with job_service(settings=replace(FAST, armable_s=60.0)) as service:
+        service.vehicles[0].arm_refusals = 1_000_000
+        job = await service.order(vehicle="v1", auto_start=auto_start)
+        if not auto_start:
+            await service.runs.start((await service.until_state(job, "prepared")).run_id or "")
+        await service.until(lambda: service.armed() > 0, "it must have tried to arm")
+        await service.restart()
+        tried = service.armed()
+        service.vehicles[0].arm_refusals = 0
+        run_id = service.job(job).run_id or ""
+        await service.until(lambda: service.events.runs[run_id].state is not RunState.STARTING, "it must be found")
+        await asyncio.sleep(SOME_LOOKS_S)
+        waits = service.job(job)
+        assert (waits.state, service.armed()) == (JobState.PREPARED, tried)
+        code = ReasonCode.JOB_START_UNKNOWN if auto_start else ReasonCode.JOB_WAITS_FOR_START
+        assert waits.reason == Reason.of(code)
+        assert not service.events.queues
+        await service.runs.start(run_id)
+        await service.until_state(job, "flying")
+        assert (await service.fly(job)).state is JobState.COMPLETED
+
+
 IMPATIENT = replace(FAST, lost_after_s=0.05)
 
 

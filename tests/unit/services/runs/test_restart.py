@@ -12,7 +12,7 @@ from app.domain.errors import LinkTimeoutError, StorageError, VehicleQuarantined
 from app.domain.events.event import NewEvent
 from app.domain.events.run import RunChanged
 from app.domain.mission import MissionItem, MissionType
-from app.domain.reasons import describe
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import LandedState
@@ -110,6 +110,54 @@ async def test_an_uploaded_run_waits_for_its_vehicle_without_a_limit_until_someb
             await service.until(lambda: service.runs.flight(service.run_id) is not None, "it must be followed")
             await service.runs.start(service.run_id)
             await service.until_state(RunState.FLYING)
+
+
+async def _refuses_to_arm(service: RunService) -> None:
+    """A start that a person has asked waits for the vehicle to arm."""
+    service.vehicle.arm_refusals = 1_000_000
+    tried = service.vehicle.sent.count("arm")
+    await service.runs.start(service.run_id)
+    await service.until(lambda: service.vehicle.sent.count("arm") > tried, "it must try to arm")
+
+
+@pytest.mark.parametrize("failed_before", [False, True], ids=["first start", "after one that failed"])
+async def test_a_start_that_a_restart_interrupted_before_the_mission_was_commanded_is_a_persons_to_repeat(
+    failed_before: bool,
+) -> None:
+    patient = replace(FAST, armable_s=60.0)
+    async with run_service(settings=patient) as service:
+        await service.create(start=False)
+        await service.until_state(RunState.UPLOADED)
+        if failed_before:
+            service.vehicle.start_error = LinkTimeoutError("no ack of the start")
+            await service.runs.start(service.run_id)
+            await service.until(lambda: "no ack" in describe(service.run.reason), "that start must fail")
+            service.vehicle.start_error = None
+        await _refuses_to_arm(service)
+        await restarted(service, settings=patient)
+        service.vehicle.arm_refusals = 0
+        await service.until_state(RunState.UPLOADED)
+        assert service.run.reason == Reason.of(ReasonCode.RESTART_DURING_START_DISARMED)
+        sent = list(service.vehicle.sent)
+        await service.until(lambda: service.runs.flight(service.run_id) is not None, "it must be followed")
+        await asyncio.sleep(FAST.poll_every_s * 10)
+        assert service.vehicle.sent == sent, "nothing is started by itself"
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.FLYING)
+
+
+async def test_a_start_whose_mission_was_commanded_before_a_restart_is_not_repeated() -> None:
+    """It may have flown, and have released its parcel, before it was found disarmed."""
+    async with run_service() as service:
+        await service.create(start=False)
+        await service.until_state(RunState.UPLOADED)
+        service.vehicle.start_gate.clear()
+        await service.runs.start(service.run_id)
+        await service.until(lambda: "start" in service.vehicle.sent, "the mission must be commanded")
+        service.vehicle.disarm_error = LinkTimeoutError("killed")
+        await restarted(service, meanwhile=lambda: service.vehicle.put(armed=False))
+        await service.until_state(RunState.FAILED)
+        assert service.run.reason == Reason.of(ReasonCode.RESTART_DURING_START_DISARMED)
 
 
 async def vanish(service: RunService) -> None:
