@@ -22,7 +22,7 @@ from app.domain.run.run import NOT_STARTED as UNSTARTED
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleState
 from app.services.fleet import Fleet
-from app.services.runs.flight import AssembledFlight, FlightParts, assemble
+from app.services.runs.assembly import AssembledFlight, FlightParts, assemble
 from app.services.runs.recorder import RunRecorder
 
 log = structlog.get_logger(__name__)

@@ -23,8 +23,9 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
 from app.services.plans import KnownPlan, NewPlan, Plans
+from app.services.runs.assembly import FlightParts, assemble
 from app.services.runs.changing import ChangeRequest
-from app.services.runs.flight import FlightParts, RunFlight, assemble
+from app.services.runs.flight import RunFlight
 from app.services.runs.gates import (
     compiled_and_predicted,
     refuse_other_or_moving,
