@@ -32,6 +32,7 @@ from app.services.offboard.commands import CommandQueue
 from app.services.offboard.preflight import (
     ControlContext,
     PreflightReport,
+    initial_context,
     preflight_report,
     refuse_unready,
     refuse_unsafe_parameters,
@@ -292,8 +293,7 @@ class OffboardControl:
 
     async def _ready_run(self) -> Run | None:
         """The run, which is paused; None without one. Raises OffboardNotReadyError: run or vehicle is not ready."""
-        run = await self._run()
-        state = self.link.state()
+        run, state = await self._run(), self.link.state()
         refuse_unready(self.vehicle.id, state, self._initial_context().kind(state), run)
         return run
 
@@ -302,12 +302,7 @@ class OffboardControl:
         self.context = context
 
     def _initial_context(self) -> ControlContext:
-        """Before anything was read. Raises OffboardNotReadyError: its type is not known."""
-        who = self.link.identity
-        if who.vehicle_type is None:
-            name = self.vehicle.id
-            raise OffboardNotReadyError(f"the type of vehicle {name} is not known yet", hint="wait a moment")
-        return ControlContext.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
+        return initial_context(self.vehicle.id, self.link.identity, self.settings.fresh_s)
 
     # the way out: a lost lease ends either way, and a new leaving ends the one before ---------------------------
 

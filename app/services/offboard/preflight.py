@@ -19,7 +19,7 @@ from app.domain.offboard.limits import VehiclePose
 from app.domain.offboard.messages import Vector
 from app.domain.offboard.tasks.commanded import Wing
 from app.domain.ports.threads import InThread
-from app.domain.ports.vehicle_link import VehicleLink
+from app.domain.ports.vehicle_link import VehicleIdentity, VehicleLink
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.clock import MAX_LIVE_RATE, is_too_fast
 from app.domain.vehicle.state import IN_TRANSITION, FirmwareVersion, VehicleState, VehicleType
@@ -140,6 +140,13 @@ def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: 
     reason, hint = _why_not(vehicle_id, state, kind, run)
     if reason:
         raise OffboardNotReadyError(reason, hint=hint)
+
+
+def initial_context(vehicle_id: str, who: VehicleIdentity, fresh_s: float) -> ControlContext:
+    """Before anything was read. Raises OffboardNotReadyError: its type is not known."""
+    if who.vehicle_type is None:
+        raise OffboardNotReadyError(f"the type of vehicle {vehicle_id} is not known yet", hint="wait a moment")
+    return ControlContext.of(who.vehicle_type, who.firmware, fresh_s)
 
 
 async def refuse_unsafe_parameters(
