@@ -162,6 +162,23 @@ def _changes_something(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "remove the item: a VTOL takeoff ends with a transition", "to")
 
 
+@rules.error(
+    "vtol.return_to_landing",
+    "A return to the mission landing (RTL_TYPE 1 or 3) that begins in wing flight below RTL_RETURN_ALT descends to the "
+    "landing without a back-transition, and hits the ground beyond it. RTL_TYPE 1 is the airframe default of VTOLs.",
+    "PX4 rtl_direct_mission_land.cpp, MissionBase::handleLanding (flown: 6 to 8 m/s, 39 to 43 m beyond the pad).",
+)
+def _returns_elsewhere(context: RuleContext) -> Iterator[Violation]:
+    """The first landing is the mission landing."""
+    if context.plan.vehicle_type is not VehicleType.VTOL:
+        return
+    landing = next((step for step in context.steps if step.item.is_stop and step.item.lands), None)
+    if landing is None or not (returns := context.behaviour.returns).to_landing:
+        return
+    message = f"with {returns.setting}, a return to this landing in wing flight flies the vehicle into the ground"
+    yield at_item(landing, message, f"{returns.setting.remedy}: a return then goes to home or a rally point")
+
+
 _THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
 
 

@@ -164,14 +164,32 @@ def _ends_in_loiter(context: RuleContext) -> Iterator[Violation]:
         yield at_item(last, "the plan ends with an unlimited loiter", "an operator must take over there")
 
 
-@rules.error("landing.first", "A mission must not start with a landing.", f"{_FEASIBILITY}: starts with landing.")
+@rules.error(
+    "landing.first",
+    "On the ground, a mission must not start with a landing. A VTOL rejects it in flight too, and loiters.",
+    f"{_FEASIBILITY}: starts with landing, starts with land waypoint (flown).",
+)
 def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
+    if context.facts.in_flight is not None:
+        yield from _rest_starts_with_landing(context)
+        return
     for step in context.steps:
-        if step.item.flies or context.facts.in_flight is not None:
+        if step.item.flies:
             return
         if _is_landing(step.item):
             yield at_item(step, "the plan lands before it has flown anywhere", "take off first")
             return
+
+
+def _rest_starts_with_landing(context: RuleContext) -> Iterator[Violation]:
+    """A vehicle in flight. A fixed wing has its approach before the landing; the speed of the flight, if the plan asked
+    for one, comes first.
+    """
+    now, first = context.facts.in_flight, context.steps[0]
+    is_vtol = context.plan.vehicle_type is VehicleType.VTOL
+    if is_vtol and now is not None and now.asked_speed_m_s is None and _is_landing(first.item):
+        message = "a VTOL rejects a mission that starts with a landing, also in flight, and would loiter"
+        yield at_item(first, message, "continue at an item before the landing, or command return or land")
 
 
 @rules.error(

@@ -96,6 +96,8 @@ def _takeoff(mission: FeasibilityInput) -> Iterator[Problem]:
 def _land_start(mission: FeasibilityInput) -> Iterator[Problem]:
     if not (mission.airframe.is_fixed_wing or mission.airframe.is_vtol):
         return
+    if mission.items[0].command in LAND_COMMANDS:  # in the air too
+        yield Problem("navigator_mis_starts_w_landing2")
     starts = [seq for seq, item in enumerate(mission.items) if item.command == Cmd.DO_LAND_START]
     if len(starts) > 1:
         yield Problem("navigator_mis_multiple_land")
@@ -126,10 +128,7 @@ def _fixed_wing_landing(mission: FeasibilityInput) -> Iterator[Problem]:
     """The approach to LAND: from a waypoint or a loiter down to altitude, higher, outside its orbit, not too steep."""
     assert mission.home is not None
     for seq, item in enumerate(mission.items):
-        if item.command != Cmd.NAV_LAND:
-            continue
-        if seq == 0:
-            yield Problem("navigator_mis_starts_w_landing2")
+        if item.command != Cmd.NAV_LAND or seq == 0:
             continue
         before = mission.items[seq - 1]
         if before.command not in (Cmd.NAV_WAYPOINT, Cmd.NAV_LOITER_TO_ALT):

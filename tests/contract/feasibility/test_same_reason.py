@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.rules import check_plan
 from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import InFlight, VehicleType
 from app.simulator.mission import feasibility
 from app.simulator.params import Value
 from tests.contract.feasibility.autopilot import facts_of, refusals
@@ -39,6 +41,7 @@ Row = tuple[str, str, Plan, Mapping[str, Value]]
 ROWS: list[Row] = [
     ("navigator_mis_unsup_cmd", "vtol.items_only_on_vtol", multicopter({"type": "transition", "to": "fixed_wing"}), {}),
     ("navigator_mis_starts_w_landing", "landing.first", plan("multicopter", land(50), waypoint(), RETURN), {}),
+    ("navigator_mis_starts_w_landing2", "landing.first", plan("vtol", land(50), waypoint(300), land()), {}),
     ("navigator_mis_takeoff_too_low", "takeoff.too_low", plan("multicopter", takeoff(0), waypoint(), RETURN), {}),
     ("navigator_mis_takeoff_not_first", "takeoff.not_first", multicopter(waypoint(), takeoff()), {}),
     (
@@ -130,7 +133,6 @@ ROWS: list[Row] = [
 NEVER_COMPILED = {
     "navigator_mis_no_home_rel_alt": "a run needs the vehicle's home before it compiles (vehicle.home_unknown)",
     "navigator_mis_invalid_land": "DO_LAND_START is written by the compiler alone, with its landing",
-    "navigator_mis_starts_w_landing2": "the compiler puts the approach before every fixed-wing landing",
     "navigator_mis_unsupported_landing_approach_wp": "the compiler puts the approach before every fixed-wing landing",
 }
 
@@ -143,6 +145,17 @@ def test_a_plan_that_the_autopilot_rejects_is_rejected_before_for_the_same_reaso
     told = [refusal.split()[0] for refusal in refusals(compile_plan(bad, facts), bad.vehicle_type, params)]
     assert event in told
     assert rule in {finding.code for finding in check_plan(bad, facts) if finding.severity is Severity.ERROR}
+
+
+@pytest.mark.parametrize(("asked_speed_m_s", "is_refused"), [(None, True), (4.0, False)])
+def test_a_vtol_in_flight_is_sent_no_mission_that_starts_with_its_landing(
+    asked_speed_m_s: float | None, is_refused: bool
+) -> None:
+    now = InFlight(**at(100, 0), relative_altitude_m=30.0, asked_speed_m_s=asked_speed_m_s)
+    facts, rest = replace(facts_of(VehicleType.VTOL, {}), in_flight=now), plan("vtol", land())
+    told = [refusal.split()[0] for refusal in refusals(compile_plan(rest, facts), VehicleType.VTOL, {}, landed=False)]
+    assert ("navigator_mis_starts_w_landing2" in told) == is_refused
+    assert ("landing.first" in {finding.code for finding in check_plan(rest, facts)}) == is_refused
 
 
 def test_each_check_of_the_autopilot_has_its_plan_or_a_reason_why_there_is_none() -> None:

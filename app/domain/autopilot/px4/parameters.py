@@ -59,6 +59,7 @@ _ROTARY: Final[Mapping[str, float | int]] = {
 }
 _WING: Final[Mapping[str, float | int]] = {
     "MIS_TKO_LAND_REQ": 2,
+    "RTL_TYPE": 1,
     "FW_AIRSPD_MIN": 10,
     "FW_AIRSPD_TRIM": 15,
     "FW_AIRSPD_MAX": 20,

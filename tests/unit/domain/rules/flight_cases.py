@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from app.domain.vehicle.state import InFlight, VehicleProfile
 from tests.support.plan_pieces import (
+    HOME,
     RETURN,
     Json,
     at,
@@ -33,6 +37,11 @@ def _jump(target: str, repeats: int = 1, **more: object) -> Json:
 
 def _approach(north_m: float, east_m: float, altitude_m: float = 20, radius_m: float = 60) -> Json:
     return land(approach=at(north_m, east_m, relative_altitude_m=altitude_m, radius_m=radius_m))
+
+
+def _in_flight(vehicle_type: str, **more: float) -> VehicleProfile:
+    now = InFlight(latitude_deg=HOME.latitude_deg, longitude_deg=HOME.longitude_deg, relative_altitude_m=30.0, **more)
+    return replace(facts(vehicle_type), in_flight=now)
 
 
 TAKEOFF_LANDING_CASES = [
@@ -137,6 +146,33 @@ TAKEOFF_LANDING_CASES = [
     ),
     Case("landing.first", "/items/0", plan("multicopter", land(), waypoint(), RETURN), FLIGHT),
     Case(
+        "landing.first",
+        "/items/0",
+        plan("vtol", land()),
+        plan("vtol", transition("multicopter"), land()),
+        _in_flight("vtol"),
+        _in_flight("vtol"),
+        about="a VTOL in flight",
+    ),
+    Case(
+        "landing.first",
+        "/items/0",
+        plan("vtol", land()),
+        plan("vtol", land()),
+        _in_flight("vtol"),
+        _in_flight("vtol", asked_speed_m_s=4.0),
+        about="in flight, after the speed that the plan asked for",
+    ),
+    Case(
+        "landing.first",
+        "/items/0",
+        plan("vtol", land()),
+        plan("multicopter", land()),
+        _in_flight("vtol"),
+        _in_flight("multicopter"),
+        about="other types land in flight",
+    ),
+    Case(
         "landing.twice",
         "/items/3",
         plan("multicopter", takeoff(), land(50), gripper(), RETURN),
@@ -162,6 +198,32 @@ VTOL_CASES = [
         "/items/1/to",
         vtol(transition("fixed_wing"), waypoint(300)),
         vtol(waypoint(300)),
+    ),
+    Case(
+        "vtol.return_to_landing",
+        "/items/2",
+        vtol(waypoint(300)),
+        vtol(waypoint(300)),
+        facts("vtol", RTL_TYPE=1),
+        facts("vtol", RTL_TYPE=0),
+    ),
+    Case(
+        "vtol.return_to_landing",
+        "/items/1",
+        vtol(land(300), waypoint(200)),
+        vtol(land(300), waypoint(200)),
+        facts("vtol", RTL_TYPE=3),
+        facts("vtol", RTL_TYPE=5),
+        about="the first landing is the mission landing",
+    ),
+    Case(
+        "vtol.return_to_landing",
+        "/items/2",
+        vtol(waypoint(300)),
+        plan("multicopter", takeoff(), waypoint(), land()),
+        None,
+        facts(RTL_TYPE=1),
+        about="the default of the airframe, and a vehicle that does not fly on its wing",
     ),
 ]
 

@@ -35,6 +35,7 @@ DEPENDENT = {
     "takeoff.too_low",
     "target.not_caught",
     "vehicle.altitudes_not_comparable",
+    "vtol.return_to_landing",
     "wind.too_strong",
 }
 """Rules whose errors may rest on a default. Where the default allows what others forbid, there is no finding."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 from typing import cast
 
 import pytest
@@ -83,6 +84,8 @@ async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told
 
 async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
     async with run_service("vtol-hover-drop.json") as service:
+        facts = service.vehicle.facts
+        service.vehicle.facts = replace(facts, parameters={**facts.parameters, "RTL_TYPE": 5})
         service.vehicle.parameters |= {"RTL_TYPE": 5, "RTL_LAND_DELAY": 0.0, "RTL_APPR_FORCE": 1}
         await fly(service, "outbound")
         with pytest.raises(DivertRefusedError) as error:
