@@ -20,12 +20,14 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.vehicle import VehicleAction, VehicleCommand
+from app.domain.flight.modes import taken_meanwhile
+from app.domain.flight.phase import STOPPED_M_S
 from app.domain.offboard.state import who_acts
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandRequest, MavResult, is_late
-from app.domain.vehicle.state import FlightMode, VehicleState
+from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from app.services.fleet import Fleet
 from app.services.journal import STORED_WITHIN_S, Journal
 from app.services.views import VehicleView
@@ -33,6 +35,11 @@ from app.services.views import VehicleView
 ATTEMPTS: Final = 3
 FAILSAFE_ACTS_S: Final = 8.0
 """COM_FAIL_ACT_T is 5 s by default, and HEARTBEAT comes once a second."""
+
+STOPS_WITHIN_S: Final = 10.0
+"""A rover at 3 m/s stops in Hold mode in two to three seconds."""
+FRESH_S: Final = 1.0
+LOOK_EVERY_S: Final = 0.05
 
 
 async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:
@@ -87,6 +94,40 @@ async def hold_here(link: VehicleLink) -> None:
             await circle_here(link, lambda request: _accepted(link, request))
 
 
+async def land_here(link: VehicleLink) -> None:
+    """Enter Land mode, confirmed. A rover that drives stops in Hold first: in Land mode it keeps its speed until it is
+    disarmed two seconds later, and rolls on unbraked (flown). A failsafe's hold is no reason to refuse: see
+    refuse_amid_failsafe.
+
+    Raises:
+        ConflictError: the rover was not seen to stop, or left Hold; Land was not sent. LinkError.
+    """
+    if link.identity.vehicle_type is VehicleType.ROVER and not _stands(link.state()):
+        await link.hold()
+        await _until_it_stands(link)
+    await link.land()
+
+
+async def _until_it_stands(link: VehicleLink) -> None:
+    until_s = time.monotonic() + STOPS_WITHIN_S
+    while not _stands(now := link.state()):
+        if now.mode is not FlightMode.HOLD:
+            raise taken_meanwhile(now.mode)
+        if time.monotonic() > until_s:
+            raise ConflictError(
+                f"not landed: the rover was not seen to stop within {STOPS_WITHIN_S:g} s; Land mode would switch it "
+                "off while it drives",
+                hint="it was commanded to hold; land again when it stands",
+            )
+        await asyncio.sleep(LOOK_EVERY_S)
+
+
+def _stands(state: VehicleState) -> bool:
+    age_s, speed_m_s = state.position_age_s, state.ground_speed_m_s
+    is_fresh = state.connected and age_s is not None and age_s <= FRESH_S
+    return is_fresh and speed_m_s is not None and speed_m_s < STOPPED_M_S
+
+
 def _flies_as_wing_in_hold(link: VehicleLink, state: VehicleState) -> bool:
     vehicle_type = link.identity.vehicle_type
     is_wing = vehicle_type is not None and flight_kind(vehicle_type, state.vtol_state) is FlightKind.WING
@@ -105,7 +146,7 @@ async def _accepted(link: VehicleLink, request: CommandRequest) -> None:
 _ACTIONS: Final[Mapping[VehicleAction, Callable[[VehicleLink], Awaitable[None]]]] = {
     "hold": hold_here,
     "return": lambda link: link.return_to_launch(),
-    "land": lambda link: link.land(),
+    "land": land_here,
 }
 _OF_A_RUN: Final[Mapping[VehicleAction, str]] = {"hold": "pause", "return": "return", "land": "land"}
 """The action of a run in flight that does the same."""
@@ -127,7 +168,7 @@ class VehicleCommands:
         return await self._do("return", vehicle_id, actor)
 
     async def land(self, vehicle_id: str, actor: str) -> VehicleView:
-        """Land mode. Raises ConflictError, LinkError."""
+        """Land mode; a rover stops first, see land_here. Raises ConflictError, LinkError."""
         return await self._do("land", vehicle_id, actor)
 
     async def _do(self, action: VehicleAction, vehicle_id: str, actor: str) -> VehicleView:

@@ -123,6 +123,11 @@ class PhaseFacts:
         return self.stands_amid_return and (has_begun or self.mode_is_settled)
 
     @property
+    def stops_to_land(self) -> bool:
+        """Whether it is a rover, which stops in Hold mode before it is landed by command."""
+        return self.vehicle_type is VehicleType.ROVER and self.pending is RunAction.LAND
+
+    @property
     def comes_down(self) -> bool:
         """Whether the flight is to end, as planned or as commanded."""
         return self.mission_done or self.commanded in _COMES_DOWN
@@ -254,6 +259,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
         _S.FLYING,
         _because(ReasonCode.RESTART_DURING_START_ARMED),
     ),
+    PhaseRow(_HOLD, lambda f: f.stops_to_land, _S.RETURNING, _because(ReasonCode.LANDING_AS_ASKED)),
     PhaseRow(_HOLD, lambda f: f.pending in _THROUGH_HOLD, _S.PAUSED, _why_through_hold),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.RESUME, _S.PAUSED, _because(ReasonCode.RESUMING_AS_ASKED)),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.REFUSED, _S.PAUSED, _because(ReasonCode.CHANGE_REFUSED)),

@@ -27,7 +27,7 @@ from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import BEFORE_FLIGHT, IN_FLIGHT, NOT_STARTED, Run, RunAction, RunState
 from app.domain.vehicle.facts import LinkFact
-from app.domain.vehicle.state import FlightMode
+from app.domain.vehicle.state import FlightMode, VehicleType
 from app.services.background import end_tasks
 from app.services.runs.changing import MissionChanger
 from app.services.runs.commands import FlightCommandSender
@@ -37,7 +37,7 @@ from app.services.runs.monitor import Consents, FlightMonitor
 from app.services.runs.prepare import Preparation
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
-from app.services.vehicle_commands import hold_here, refuse_amid_failsafe
+from app.services.vehicle_commands import hold_here, land_here, refuse_amid_failsafe
 
 log = structlog.get_logger(__name__)
 WAITING_FACTS: Final = 1024
@@ -183,15 +183,21 @@ class RunFlight:
             with self._monitor.commanding(action):
                 await command()
         except asyncio.CancelledError:
-            self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
+            self._monitor.feed(self._failed(action, run))
             self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
             raise
         except WaydropError as error:
-            self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
+            self._monitor.feed(self._failed(action, run))
             self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
             await self._recorder.flush_within(self._settings.stored_within_s)
             raise
         self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.DONE))
+
+    def _failed(self, action: RunAction, before: Run) -> CommandFailed:
+        """A rover that was not landed is left in the Hold in which it was to stop: that was Waydrop's."""
+        observed, is_rover = self._monitor.observation(), self._link.identity.vehicle_type is VehicleType.ROVER
+        holds = action is RunAction.LAND and is_rover and observed.state.mode is FlightMode.HOLD
+        return CommandFailed(observed, action, RunAction.PAUSE if holds else before.commanded, before.rally)
 
     def _require_in_flight(self, action: RunAction) -> None:
         if self._monitor.run.state not in IN_FLIGHT:
@@ -287,8 +293,8 @@ class RunFlight:
         return await self._rally_return.choose()
 
     async def land(self) -> None:
-        """Land here and now. Raises WrongStateError, LinkError."""
-        await self.act(RunAction.LAND, self._link.land)
+        """Land here and now; a rover stops first. Raises WrongStateError, ConflictError, LinkError."""
+        await self.act(RunAction.LAND, lambda: land_here(self._link))
 
     def _wrong(self, action: str) -> WrongStateError:
         state = self._monitor.run.state
