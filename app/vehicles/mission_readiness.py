@@ -12,7 +12,7 @@ from typing import Final
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MissionType
-from app.domain.vehicle.state import FlightMode, MissionState
+from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
 from app.vehicles.decoders import MissionCurrentReport
 from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
@@ -23,6 +23,23 @@ from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 
 _FLOWN_BEFORE: Final = frozenset({MissionState.ACTIVE, MissionState.PAUSED, MissionState.COMPLETE})
+_COMPLETE: Final = _FLOWN_BEFORE | {MissionState.NOT_STARTED}
+
+
+class OtherMission:
+    """A complete mission with another id than `mission_id`, and since when MISSION_CURRENT has reported it."""
+
+    def __init__(self, mission_id: int | None) -> None:
+        self._ours = {mission_id, 0}
+        self._seen: tuple[int, float] | None = None
+
+    def steady_s(self, report: MissionCurrentReport, at_s: float) -> float:
+        """For how long this same one has been reported without a break; 0 if it is none."""
+        if report.mission_id in self._ours or mission_state(report) not in _COMPLETE:
+            self._seen = None
+        elif self._seen is None or self._seen[0] != report.mission_id:
+            self._seen = report.mission_id, at_s
+        return 0.0 if self._seen is None else at_s - self._seen[1]
 
 
 class MissionReadiness:
@@ -48,11 +65,12 @@ class MissionReadiness:
         settles_s = since_s + self._settings.mission_ready_after_ack_s
         # a start within some 3 ms of the ack is rejected
         await asyncio.sleep(max(0.0, settles_s - time.monotonic()))
-        news = asyncio.Event()
+        news, other = asyncio.Event(), OtherMission(mission_id)
         end = self._inbox.on(MissionCurrentReport, lambda _message, _at_s: news.set())
         try:
             async with asyncio.timeout(timeout_s):
                 while not await self._is_ready(mission_id, upload, since_s, rerun=rerun):
+                    self._refuse_other(mission_id, other, since_s)
                     news.clear()
                     await news.wait()
         except TimeoutError as error:
@@ -81,9 +99,12 @@ class MissionReadiness:
 
     def _is_executed(self, newer_s: float) -> bool:
         """In flight a new mission is executed at once: its state stays active, and an infeasible one's for a moment."""
-        state = self._measurements.state(time.monotonic(), connected=True)
+        state = self._state()
         newer_s *= max(1.0, state.clock.least_rate or 1.0)  # a simulation's moment is shorter
         return bool(state.armed) and newer_s >= self._settings.executed_after_s
+
+    def _state(self) -> VehicleState:
+        return self._measurements.state(time.monotonic(), connected=True)
 
     async def _compare(self, upload: UploadRecord | None) -> None:
         """A firmware that reports no state: all that can be known is that it holds the mission."""
@@ -93,6 +114,19 @@ class MissionReadiness:
         seq = first_difference(upload.items, held)
         if seq is not None:
             raise VehicleRefusedError(f"the vehicle holds another mission: item {seq} differs", item_seq=seq)
+
+    def _refuse_other(self, mission_id: int | None, other: OtherMission, since_s: float) -> None:
+        """MISSION_CURRENT is late after an upload, but not for that long: another client has replaced the mission."""
+        report, at_s = self._measurements.mission, self._measurements.mission_s
+        if mission_id is None or report is None or at_s is None or at_s < since_s:
+            return
+        if other.steady_s(report, at_s) < self._settings.other_mission_s:
+            return
+        then = "repeat the change" if self._state().armed else "create the run again"
+        raise VehicleRefusedError(
+            f"another mission is on board: the vehicle reports mission {report.mission_id} instead of {mission_id}",
+            hint=f"another client uploaded it; {then}",
+        )
 
     def _refuse(self, report: MissionCurrentReport, upload: UploadRecord | None, since_s: float) -> None:
         texts = self._texts.reasons_since(upload.started_s if upload else since_s, but=Topic.HEALTH)

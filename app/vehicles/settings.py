@@ -20,6 +20,7 @@ class LinkSettings:
     `mission_state_stale_s`: for so long after an upload MISSION_CURRENT may still show the old state (0.9 s seen).
     `executed_after_s`: so much later, on the vehicle's clock, a mission uploaded in flight that still shows as active
     is being flown; PX4 has shown an infeasible one by then.
+    `other_mission_s`: a vehicle that goes on naming another complete mission for so long got it from another client.
     `quarantine_s`: a quarantine ends when the vehicle was heard for so long without a sign of a second one.
     """
 
@@ -41,6 +42,7 @@ class LinkSettings:
     progress_period_s: float = 0.05
     mission_state_stale_s: float = 2.5
     executed_after_s: float = 1.0
+    other_mission_s: float = 3.0
     mission_ready_after_ack_s: float = 0.05
     quarantine_s: float = 30.0
     refusal_text_window_s: float = 0.3

@@ -67,7 +67,8 @@ class MissionLink(Protocol):
         """Return when the uploaded mission may be started (mission_state and mission_id fit, 50 ms passed).
 
         Raises:
-            VehicleRefusedError: the vehicle found the mission infeasible; its texts are in `extra["texts"]`.
+            VehicleRefusedError: the vehicle found the mission infeasible; its texts are in `extra["texts"]`. Or it goes
+                on naming another mission, which another client uploaded.
         """
 
     async def set_current(self, seq: int) -> None:

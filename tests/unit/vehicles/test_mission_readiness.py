@@ -118,6 +118,39 @@ async def test_a_vehicle_that_goes_on_naming_another_mission_is_told_as_such() -
         await waits
 
 
+@pytest.mark.parametrize("armed", [False, True])
+async def test_a_mission_of_another_client_that_stays_on_board_is_told_at_once_with_what_to_do(armed: bool) -> None:
+    vehicle = Waiting(armed=armed)
+    waits = vehicle.begin()
+    for second in range(4):
+        assert not waits.done(), "MISSION_CURRENT may be behind"
+        await vehicle.report(30.0 + second, ACTIVE if armed else NOT_STARTED, BEFORE)
+    with pytest.raises(VehicleRefusedError, match=r"another mission is on board: .* 66 instead of 77") as refused:
+        await asyncio.wait_for(waits, 1.0)
+    assert "another client uploaded it" in refused.value.hint
+    assert ("create the run again" in refused.value.hint) is not armed, "in flight the run goes on"
+
+
+async def test_another_mission_that_was_on_board_before_for_less_than_three_seconds_is_waited_for() -> None:
+    vehicle = Waiting(armed=False)
+    waits = vehicle.begin()
+    for after_s in (0.1, 1.1, 2.1, 3.0):
+        await vehicle.report(after_s, NOT_STARTED, BEFORE)
+    await vehicle.report(3.2, NOT_STARTED)
+    await asyncio.wait_for(waits, 1.0)
+
+
+@pytest.mark.parametrize("shown", [(NOT_STARTED, 65), (NO_MISSION, BEFORE), (0, BEFORE)])
+async def test_only_one_and_the_same_complete_mission_counts_as_another_one_on_board(shown: tuple[int, int]) -> None:
+    vehicle = Waiting(armed=False)
+    waits = vehicle.begin(timeout_s=0.5)
+    for second in range(12):
+        state, mission_id = shown if second % 2 else (NOT_STARTED, BEFORE)
+        await vehicle.report(30.0 + second, state, mission_id)
+    with pytest.raises(LinkTimeoutError, match="instead of 77"):
+        await waits
+
+
 async def test_an_infeasible_mission_is_explained_by_what_is_about_the_mission_alone() -> None:
     """PX4 sends its health report anew at each upload: "No offboard signal" says nothing of the mission."""
     vehicle = Waiting(armed=False)
