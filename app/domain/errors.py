@@ -53,7 +53,9 @@ class WrongStateError(ConflictError, code="run.wrong_state"):
 
 
 class RunNotFollowedError(WrongStateError, code="run.not_followed"):
-    """The service does not follow the run yet: its vehicle is not there, or another gateway had the run."""
+    """The service does not follow the run yet: its vehicle is not there, its mission cannot be read, or another gateway
+    had the run.
+    """
 
 
 class DropInProgressError(ConflictError, code="run.drop_in_progress"):

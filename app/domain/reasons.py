@@ -65,6 +65,10 @@ class ReasonCode(StrEnum):
         "run.other_mission_on_board",
         "the mission on board is not the run's: the vehicle lost it in a restart, or another client uploaded one",
     )
+    MISSION_UNREAD = (
+        "run.mission_unread",
+        "after a restart the mission on board cannot be read; Waydrop does not follow the run yet ({cause})",
+    )
     DISARMED_BEFORE_TAKEOFF = "run.disarmed_before_takeoff", "the vehicle disarmed before takeoff"
     NOT_TAKEN_OFF = "run.not_taken_off", "the vehicle did not take off"
     REBOOTED = "run.rebooted", "the vehicle rebooted in flight"

@@ -249,13 +249,22 @@ class Fleet:
                 return
             await asyncio.sleep(poll_s)
 
-    def why_not_followed(self, run_id: str) -> str:
-        """Why an open run is not followed here yet."""
+    def why_not_followed(self, run_id: str, vehicle_id: str, unread: str | None) -> str:
+        """Why an open run of this vehicle is not followed here yet. `unread`: what kept its mission from being read."""
         if (why := self.why_no_new_work()) is not None:
             return why
         if self._is_left(run_id):
             return "another gateway followed it, and no API node has told how it went on"
-        return "its vehicle has not connected since the service started"
+        vehicle = self._vehicles.get(vehicle_id)
+        if vehicle is None:
+            return "its vehicle has not connected since the service started"
+        if vehicle.quarantined is not None:
+            return "its vehicle is quarantined: two vehicles have its system id"
+        if not vehicle.link.state().connected:
+            return "the link to its vehicle is lost"
+        if unread is not None:
+            return f"its vehicle is connected, but its mission cannot be read: {unread}"
+        return "its vehicle is connected, and what it carries is being read"
 
     def require_new_work(self) -> None:
         """Raises the error of the gate."""

@@ -42,7 +42,9 @@ MEASURED_CLOCK = VehicleClock(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 
 
 class ScriptedVehicle:
-    """Implements VehicleLink. It stays where the test puts it."""
+    """Implements VehicleLink. It stays where the test puts it. `upload_id` is the id by which it names an upload."""
+
+    upload_id: int | None = 77
 
     def __init__(self, vehicle_type: VehicleType = VehicleType.MULTICOPTER) -> None:
         self.identity = VehicleIdentity(1, "udpin://scripted", vehicle_type, FirmwareVersion(1, 18, 0), "uid-1")
@@ -140,8 +142,9 @@ class ScriptedVehicle:
                 raise self.upload_error
             self.on_board = mission.items
             rally_id = self.rally_points_id_of(mission) if mission.rally else None
-            self.truth = replace(self.truth, mission_id=77, rally_points_id=rally_id)
-            yield UploadProgress(MissionType.MISSION, len(mission.items), len(mission.items), 1, "mission_id", 77)
+            total, named = len(mission.items), self.upload_id
+            self.truth = replace(self.truth, mission_id=named, rally_points_id=rally_id)
+            yield UploadProgress(MissionType.MISSION, total, total, 1, "mission_id", named)
         finally:
             self.upload_closed = True
 

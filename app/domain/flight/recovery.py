@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord
@@ -10,7 +10,7 @@ from app.domain.drop.supervised_inputs import GRIPPER_OPEN_US
 from app.domain.events.run import RunMissionChanged
 from app.domain.flight.segment import fields_after_change
 from app.domain.flight.supervised_release import withdrawn
-from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem
+from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem, mission_hash
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import CALM, predict
@@ -82,6 +82,33 @@ def _may_have_come_to(drop: CompiledDrop, state: VehicleState) -> bool:
     return state.mission_seq >= min(drop.hold_seqs)
 
 
+# A run whose vehicle is there, while the mission on board cannot be read.
+
+
+def unread(run: Run, code: str, detail: str) -> Run:
+    """The run with the error that kept its mission from being read as its reason. The reason of before is kept behind
+    it, and `updated_at` as it is: from then on a hold that was seen is counted.
+    """
+    cause = Reason.of_error(code, detail).model_copy(update={"cause": run.reason})
+    return run.model_copy(update={"reason": Reason.of(ReasonCode.MISSION_UNREAD, cause)})
+
+
+def as_before_unread(run: Run) -> Run:
+    """The run with the reason that it had before `unread`; any other run as it is."""
+    cause = _unread_cause(run)
+    return run if cause is None else run.model_copy(update={"reason": cause.cause})
+
+
+def why_unread(run: Run) -> str | None:
+    """What kept its mission from being read; None if it was not tried, or can be read."""
+    cause = _unread_cause(run)
+    return None if cause is None else str(cause.params["detail"])
+
+
+def _unread_cause(run: Run) -> Reason | None:
+    return run.reason.cause if run.reason is not None and run.reason.code is ReasonCode.MISSION_UNREAD else None
+
+
 # Which mission of a run a vehicle carries that was found again: the newest, or a change that was on its way to it.
 
 
@@ -95,27 +122,56 @@ class OnboardMission:
     arrived: RunMissionChanged | None = None
 
 
-def recorded_mission(
-    run: Run, plan: Plan, facts: VehicleProfile, on_board: Sequence[MissionItem], mission_id: int | None
-) -> OnboardMission | None:
-    """The run's own mission, if the vehicle carries it."""
-    mission = compile_part(plan, run.change, facts)
-    named = run.mission_id is not None and mission_id == run.mission_id
-    held = _held(mission, on_board, named=named)
-    return None if held is None else OnboardMission(run, plan, held)
+@dataclass(frozen=True, slots=True)
+class CarriedItems:
+    """What a vehicle tells of the mission that it carries.
+
+    `mission_id` is MISSION_CURRENT's, None if it names none. `items` None: they were not read. `id_of` is the id by
+    which the vehicle names a mission.
+    """
+
+    mission_id: int | None
+    items: Sequence[MissionItem] | None
+    id_of: Callable[[Mission], int]
+
+    def held(self, mission: Mission, mission_id: int | None, digest: str | None) -> Mission | None:
+        """The mission as the vehicle has it, by its id or item by item; None if it carries another, or none is known.
+
+        Compiled anew it may be another than what was uploaded, because a parameter or home changed since. Without the
+        items it is known only if it is the same: `mission_id` and `digest` (mission_hash) are of the upload.
+        """
+        named = mission_id is not None and self.mission_id == mission_id
+        if self.items is None:
+            same = named and mission_hash(mission) == digest and self.id_of(mission) == mission_id
+            return mission if same else None
+        if [item.command for item in self.items] != [item.command for item in mission.items]:
+            return None
+        if named:
+            return replace(mission, items=tuple(self.items))  # as uploaded
+        same = all(a.same_as(b) for a, b in zip(mission.items, self.items, strict=True))
+        return mission if same else None
 
 
-def changed_mission(
-    run: Run,
-    change: PlanChange,
-    plan: Plan,
-    facts: VehicleProfile,
-    on_board: Sequence[MissionItem],
-    mission_id: int | None,
+def carried_mission(
+    run: Run, plan: Plan, changed: Plan | None, facts: VehicleProfile, carried: CarriedItems
 ) -> OnboardMission | None:
-    """The mission of a change that nobody saw arrive, if the vehicle carries it."""
+    """The run's mission, or that of the change that nobody saw arrive, if the vehicle carries it; None if another.
+
+    `changed` is the plan of the change under way, None if none is.
+    """
+    if changed is not None and run.changing is not None:
+        found = _changed_mission(run, run.changing, changed, facts, carried)
+        if found is not None:
+            return found
+    mission = carried.held(compile_part(plan, run.change, facts), run.mission_id, run.mission_hash)
+    return None if mission is None else OnboardMission(run, plan, mission)
+
+
+def _changed_mission(
+    run: Run, change: PlanChange, plan: Plan, facts: VehicleProfile, carried: CarriedItems
+) -> OnboardMission | None:
     mission = compile_part(plan, change, facts)
-    held = _held(mission, on_board, named=mission_id == change.mission_id)
+    held = carried.held(mission, change.mission_id, change.mission_hash)
     if held is None:
         return None
     ahead = {drop.plan_item_id for drop in mission.drops}
@@ -133,13 +189,3 @@ def compile_part(plan: Plan, change: PlanChange | None, facts: VehicleProfile) -
         return compile_plan(plan, facts)
     rest = rest_of(plan, change.continue_at, change.omitted)
     return compile_plan(rest.plan, replace(facts, in_flight=change.began))
-
-
-def _held(mission: Mission, on_board: Sequence[MissionItem], *, named: bool) -> Mission | None:
-    """The mission as the vehicle has it, by its id or item by item; None if it carries another."""
-    if [item.command for item in on_board] != [item.command for item in mission.items]:
-        return None
-    if named:
-        return replace(mission, items=tuple(on_board))  # as uploaded, though a parameter or home changed since
-    same = all(a.same_as(b) for a, b in zip(mission.items, on_board, strict=True))
-    return mission if same else None

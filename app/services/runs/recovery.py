@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Final
@@ -13,8 +13,16 @@ import structlog
 from app.domain.errors import LinkError, NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events.run import RunChanged, RunCommand, RunCommandName
 from app.domain.flight.inputs import Recovered
-from app.domain.flight.recovery import OnboardMission, changed_mission, ended_unseen, recorded_mission, taken_over
-from app.domain.mission import MissionType
+from app.domain.flight.recovery import (
+    CarriedItems,
+    OnboardMission,
+    as_before_unread,
+    carried_mission,
+    ended_unseen,
+    taken_over,
+    unread,
+)
+from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode
@@ -30,6 +38,8 @@ NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 POLL_S = 0.25
 AGAIN_S = 1.0
 EVENTS_AT_ONCE = 500
+MOST_AGAIN_S = 10.0
+"""A vehicle that does not answer is asked again after AGAIN_S, then after twice as long each time, up to this."""
 ITEM_KNOWN_S = 3.0
 """MISSION_CURRENT has a rate of 1 Hz."""
 _ENDS: Final[Mapping[ReasonCode, RunState]] = {
@@ -48,16 +58,30 @@ class RunRecovery:
         self._parts = parts
         self._is_withdrawn = is_withdrawn
 
-    async def found(self, run: Run) -> AssembledFlight | None:
+    async def found(self, run: Run, show: Callable[[Run], None]) -> AssembledFlight | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded. What passes, such as a
-        disk that fails or a quarantine, is waited for: the vehicle may fly.
+        disk that fails or a quarantine, is waited for: the vehicle may fly. `show` is given the run that tells, once,
+        why it is not followed yet.
         """
+        before, again_s = as_before_unread(run), AGAIN_S
+        recorder = RunRecorder(before, self._parts.journal, self._parts.clock)
         while True:
             try:
-                return await self._find(run)
+                made = await self._find(before)
+                if made is not None and (recorder.run is not before or before is not run):
+                    made.recorder.record(RunChanged(made.recorder.run))
+                    await made.recorder.flush_within(self._parts.settings.stored_within_s)
+                return made
             except (LinkError, StorageError, VehicleQuarantinedError) as error:
                 log.warning("a run cannot be followed yet", run_id=run.id, error=error.detail)
-                await asyncio.sleep(AGAIN_S)
+                if recorder.run is before and not isinstance(error, StorageError):
+                    told = unread(before, error.code, error.detail)
+                    recorder.update(told, [RunChanged(told)])
+                await recorder.flush_within(self._parts.settings.stored_within_s)
+                if recorder.stored is not before:
+                    show(recorder.stored)
+                await asyncio.sleep(again_s)
+                again_s = AGAIN_S if isinstance(error, StorageError) else min(2.0 * again_s, MOST_AGAIN_S)
 
     async def _find(self, run: Run) -> AssembledFlight | None:
         await self._fleet.until_may_follow(run.id, POLL_S)  # another gateway may have the site, or have had it
@@ -164,15 +188,33 @@ class RunRecovery:
             await asyncio.sleep(POLL_S)
 
     async def _carried(self, run: Run, plan: Plan, link: VehicleLink) -> OnboardMission | None:
-        """What the vehicle carries: the run's mission, or the one that was on its way to it; None if another."""
-        facts, on_board = await self._fleet.facts(run.vehicle_id), await link.download(MissionType.MISSION)
-        mission_id = link.state().mission_id
-        is_news = run.changing is not None and run.changing.mission_id != run.mission_id
-        if is_news and run.changing is not None and (changed := await self._plan(run.changing.plan_id)) is not None:
-            carried = changed_mission(run, run.changing, changed, facts, on_board, mission_id)
-            if carried is not None:
-                return carried
-        return recorded_mission(run, plan, facts, on_board, mission_id)
+        """What the vehicle carries: the run's mission, or the one that was on its way to it; None if another.
+
+        Its id suffices, as it does after an upload. The mission is read if the vehicle names none, or another one; and
+        amid a change if it names the one of before, as it does for a moment after an upload.
+        """
+        facts, changed = await self._fleet.facts(run.vehicle_id), None
+        if run.changing is not None and run.changing.mission_id != run.mission_id:
+            changed = await self._plan(run.changing.plan_id)
+
+        def found(items: Sequence[MissionItem] | None = None) -> OnboardMission | None:
+            state = link.state()
+            is_new = state.mission_age_s is not None and state.mission_age_s <= ITEM_KNOWN_S
+            mission_id = state.mission_id if is_new or items is not None else None
+            if mission_id is None and items is None:
+                return None
+            return carried_mission(run, plan, changed, facts, CarriedItems(mission_id, items, link.mission_id_of))
+
+        named = found()
+        if named is not None and (changed is None or named.arrived is not None):
+            return named
+        try:
+            items = await link.download(MissionType.MISSION)
+        except LinkError:
+            if (named := found()) is None:
+                raise
+            return named
+        return found(items)
 
     async def _give_up(self, run: Run, code: ReasonCode = ReasonCode.NOT_SEEN_AFTER_RESTART) -> None:
         """End a run that cannot be followed. What was commanded and not answered stays unknown."""

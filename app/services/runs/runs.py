@@ -12,6 +12,7 @@ import structlog
 from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError, RunNotFollowedError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted, RunTakenOver
+from app.domain.flight.recovery import why_unread
 from app.domain.ports.stores import ALL_RUNS, AnswerTo, FlightLog, RunFilter, RunStore
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Wind
@@ -329,7 +330,8 @@ class Runs:
         return vehicle.run_id
 
     async def _recover(self, run: Run) -> None:
-        made = await RunRecovery(self._fleet, self._parts, self._withdrawn.__contains__).found(run)
+        recovery = RunRecovery(self._fleet, self._parts, self._withdrawn.__contains__)
+        made = await recovery.found(run, partial(self._waiting.__setitem__, run.id))
         if made is None:
             return
         self._flights[run.id] = made.flight
@@ -367,8 +369,9 @@ class Runs:
         return flight
 
     def _not_followed(self, run: Run) -> RunNotFollowedError:
+        why = self._fleet.why_not_followed(run.id, run.vehicle_id, why_unread(run))
         return RunNotFollowedError(
-            f"run {run.id} is not followed here: {self._fleet.why_not_followed(run.id)}",
+            f"run {run.id} is not followed here: {why}",
             state=run.state.value,
             hint="command the vehicle itself: its hold, return and land are sent",
         )

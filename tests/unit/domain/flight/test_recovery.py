@@ -13,17 +13,28 @@ from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, OutputEvidence
 from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
 from app.domain.flight.inputs import Observation, Observed, Recovered
-from app.domain.flight.recovery import ended_unseen, taken_over
+from app.domain.flight.recovery import CarriedItems, carried_mission, ended_unseen, taken_over
 from app.domain.flight.segment import drop_records, segment_of
 from app.domain.flight.snapshot import ReleaseCommand
 from app.domain.flight.step import step
-from app.domain.mission import MavCmd
+from app.domain.mission import MavCmd, mission_hash
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState, TakenOver
 from app.domain.vehicle.state import LandedState, VehicleType
-from tests.support.flown_flights import BEGAN_AT, BEGAN_S, DROP, MISSION, Flown, a_run, deaths, prefixes
+from tests.support.flown_flights import (
+    BEGAN_AT,
+    BEGAN_S,
+    DROP,
+    MISSION,
+    MISSION_ID,
+    PLAN,
+    Flown,
+    a_run,
+    deaths,
+    prefixes,
+)
 from tests.support.plan_pieces import RETURN, gripper, plan_json, takeoff, waypoint
 
 SAFE_DIFFERENCES: Final = {
@@ -168,3 +179,25 @@ def test_a_run_taken_over_before_its_start_was_told_is_not_known_to_have_kept_it
     run = a_run().model_copy(update={"taken_over": taken, "state": RunState.UPLOADED})
     ended = ended_unseen(run, RunState.FAILED, Reason.of(ReasonCode.TAKEN_OVER_BEFORE_START), 2.0)
     assert ended.drops[0].outcome is DropOutcome.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("run_id", "named", "checksum", "digest", "is_known"),
+    [
+        (MISSION_ID, MISSION_ID, MISSION_ID, mission_hash(MISSION), True),
+        (MISSION_ID, MISSION_ID, MISSION_ID, "of another fence", False),
+        (MISSION_ID, MISSION_ID, MISSION_ID, None, False),
+        (MISSION_ID, MISSION_ID, 8, mission_hash(MISSION), False),
+        (MISSION_ID, 8, MISSION_ID, mission_hash(MISSION), False),
+        (MISSION_ID, None, MISSION_ID, mission_hash(MISSION), False),
+        (None, None, MISSION_ID, mission_hash(MISSION), False),
+    ],
+)
+def test_a_mission_is_known_unread_only_if_its_id_its_checksum_and_its_hash_are_those_of_the_upload(
+    run_id: int | None, named: int | None, checksum: int, digest: str | None, is_known: bool
+) -> None:
+    run = a_run().model_copy(update={"mission_id": run_id, "mission_hash": digest})
+    told = CarriedItems(named, None, lambda mission: checksum)
+    found = carried_mission(run, PLAN, None, default_facts(VehicleType.MULTICOPTER), told)
+    assert (found is not None) is is_known
+    assert found is None or found.mission == MISSION
