@@ -13,6 +13,7 @@ from app.domain.jobs.job import Candidate, Refusal, VehicleRefusal, VehicleSelec
 from app.domain.plan import Plan
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.validation.finding import Finding, Severity
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import LandedState, VehicleState
 
 
@@ -40,6 +41,15 @@ def why_not_ready(vehicle: VehicleReadiness) -> tuple[Refusal, ...]:
 def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> tuple[Refusal, ...]:
     """Return the requirements of the job that the vehicle does not meet."""
     return tuple(_not_selected(vehicle_id, battery_percent, selector))
+
+
+def why_not_trusted(vehicle: VehicleReadiness, fleet: Iterable[VehicleReadiness]) -> tuple[Refusal, ...]:
+    """Why Waydrop itself does not choose this vehicle: anybody may add one that does not exist to an unsigned link."""
+    others_sign = any(other.state.link_security is LinkSecurity.SIGNED for other in fleet)
+    if vehicle.state.link_security is LinkSecurity.SIGNED or not others_sign:
+        return ()
+    message = "its messages are not signed, and those of other vehicles are: it may be forged"
+    return (_refusal(VehicleRefusal.UNSIGNED, message, "give it a key, or name it in the job"),)
 
 
 def _reasons(vehicle: VehicleReadiness) -> Iterator[Refusal]:

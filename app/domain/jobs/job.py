@@ -43,6 +43,8 @@ class VehicleRefusal(StrEnum):
     """It acts on a failsafe."""
     QUEUE_STOPPED = "vehicle.queue_stopped"
     """Its queue is stopped until an operator resumes it."""
+    UNSIGNED = "vehicle.unsigned"
+    """Its messages are not signed, those of other vehicles are, and the job names no vehicle."""
     BATTERY_LOW = "vehicle.battery_low"
     """Its battery charge is below the minimum of the job."""
     BATTERY_UNKNOWN = "vehicle.battery_unknown"

@@ -17,6 +17,7 @@ from app.domain.jobs.assignment import (
     distance_to,
     why_not_ready,
     why_not_selected,
+    why_not_trusted,
     why_unfit,
 )
 from app.domain.jobs.job import MOST_REFUSALS, Candidate, Refusal, VehicleRefusal, VehicleSelector
@@ -103,7 +104,8 @@ class Assessment:
         )
         time_slice, found = TimeSlice(), []
         for vehicle in vehicles:
-            found.append(await self._candidate(key, plan, selector, vehicle, asked.get(vehicle.vehicle_id)))
+            distrust = () if selector.named else why_not_trusted(vehicle, vehicles)
+            found.append(await self._candidate(key, plan, selector, vehicle, asked.get(vehicle.vehicle_id), distrust))
             await time_slice.take()
         return choose([*found, *(_unseen(name) for name in selector.named if name not in seen)])
 
@@ -114,9 +116,11 @@ class Assessment:
         selector: VehicleSelector,
         vehicle: VehicleReadiness,
         asked: asyncio.Task[VehicleProfile] | None,
+        distrust: Sequence[Refusal],
     ) -> Candidate:
         state = vehicle.state
-        refusals = [*why_not_ready(vehicle), *why_not_selected(vehicle.vehicle_id, state.battery_percent, selector)]
+        not_selected = why_not_selected(vehicle.vehicle_id, state.battery_percent, selector)
+        refusals = [*why_not_ready(vehicle), *not_selected, *distrust]
         if asked is not None:
             refusals += await self._unfit(key, plan, vehicle.vehicle_id, asked, we_choose=selector.is_any)
         return Candidate(

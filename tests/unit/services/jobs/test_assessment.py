@@ -14,6 +14,7 @@ from app.domain.jobs.job import Candidate, VehicleSelector
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import reference_home
 from app.domain.prediction import CALM, Wind, predict
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState, VehicleType
 from app.services.fleet import Fleet
@@ -70,6 +71,23 @@ async def test_a_battery_that_lasts_in_calm_air_is_refused_for_the_wind_and_wait
     assert "battery.reserve_at_home" in codes(windy)
     assert windy.permanent, "it began with a full one"
     assert "v1: " in hopeless([windy])
+
+
+@pytest.mark.parametrize(
+    ("named", "refused"), [((), {"vehicle.unsigned"}), (("v1", "v2"), set())], ids=["any", "any of these"]
+)
+async def test_a_job_for_any_vehicle_goes_to_none_that_may_be_forged(named: tuple[str, ...], refused: set[str]) -> None:
+    plan = wing_plan()
+    signed, pinned = (
+        VehicleReadiness(vehicle_id=name, state=replace(READY, link_security=security))
+        for name, security in (("v1", LinkSecurity.SIGNED), ("v2", LinkSecurity.PINNED))
+    )
+    assessment = Assessment(cast(Fleet, OneWing(wing(plan))), facts_s=10.0, work=PlanWork())
+    selector = VehicleSelector(vehicle="any", allowed_vehicles=named)
+    sure, doubtful = await assessment.candidates(plan, selector, (signed, pinned))
+    assert (codes(sure), codes(doubtful)) == (set(), refused)
+    alone = (await assessment.candidates(plan, VehicleSelector(vehicle="any"), (pinned,)))[0]
+    assert codes(alone) == set(), "no vehicle signs"
 
 
 async def test_the_same_assessment_tells_one_wind_from_another() -> None:
