@@ -30,7 +30,11 @@ FAR_OFF = {
     ),
     "items that are none": ({"items": [0] * MAX_ENTRIES}, "plan.wrong_type", "/items/0"),
     "vertices that are none": (polygon(*[0] * MANY), "plan.too_many_items", "/geofence/polygons/0/vertices"),
-    "far too many polygons": ({"geofence": {"polygons": [{}] * MANY}}, "plan.too_many_items", "/geofence/polygons"),
+    "far too many polygons": (
+        {"geofence": {"polygons": [{}] * (MANY // 2)}},
+        "plan.too_many_items",
+        "/geofence/polygons",
+    ),
 }
 
 
