@@ -38,6 +38,7 @@ class Touchdown(NamedTuple):
     home: GlobalPosition | None
     reason: Reason | None
     is_seen: bool = True
+    took_off_from: GlobalPosition | None = None
 
     @classmethod
     def of(
@@ -60,7 +61,7 @@ class Touchdown(NamedTuple):
             mode = before.mode if mode in _SAYS_NOTHING else mode
             home = before.home or home
             is_known = before.in_failsafe and before.mode is mode
-        return cls(state, mode, home, reason if is_seen or is_known else _UNSEEN, is_seen)
+        return cls(state, mode, home, reason if is_seen or is_known else _UNSEEN, is_seen, took_off_from)
 
     def lost_sight_of(self, state: VehicleState) -> Touchdown:
         """After a loss of the link on the ground: it may have flown on, and landed again. One that a failsafe had
@@ -89,7 +90,7 @@ class Touchdown(NamedTuple):
         if not returns and not mission.ends_with_landing:
             return None  # it ends in the air, and is landed by somebody
         near_m = _NEAR_RUNWAY_M if vehicle_type in _LANDED_BY_HAND else _NEAR_M
-        places = self._returns_to(mission) if returns else [_place(last)]
+        places = self._returns_to(mission, vehicle_type) if returns else [_place(last)]
         is_by_mission = self.is_by_mission or (returns and mode is FlightMode.RETURN)
         is_place_known = self._has_position and (self.home is not None or not returns)
         if is_by_mission and (not is_place_known or (self.is_seen and not returns)):
@@ -99,10 +100,14 @@ class Touchdown(NamedTuple):
             return None
         return Reason.of(ReasonCode.LANDED_ELSEWHERE, self.reason or Reason.of(ReasonCode.VEHICLE_LANDS))
 
-    def _returns_to(self, mission: Mission) -> Iterator[tuple[float, float]]:
-        """Latitude and longitude of home, of the rally points, and of landings: RTL_TYPE says which PX4 may take."""
-        if self.home is not None:
-            yield self.home.latitude_deg, self.home.longitude_deg
+    def _returns_to(self, mission: Mission, vehicle_type: VehicleType) -> Iterator[tuple[float, float]]:
+        """Latitude and longitude of home, of the rally points, and of landings: RTL_TYPE says which PX4 may take.
+
+        As a rover's return begins at a waypoint, PX4 moves home to there, and a repeated return would go there.
+        """
+        has_moved = vehicle_type is VehicleType.ROVER and self.took_off_from is not None
+        homes = (None if has_moved else self.home, self.took_off_from)
+        yield from ((home.latitude_deg, home.longitude_deg) for home in homes if home is not None)
         yield from map(_place, mission.rally)
         yield from (_place(item) for item in mission.items if item.command in LANDINGS)
 

@@ -255,7 +255,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     # Hold: left at a start that a restart of the service broke off, before another mode, or as commanded
     PhaseRow(
         _HOLD,
-        lambda f: f.is_left_at_start and not f.was_airborne,
+        lambda f: f.is_left_at_start and (f.vehicle_type is VehicleType.ROVER or not f.was_airborne),
         _S.FLYING,
         _because(ReasonCode.RESTART_DURING_START_ARMED),
     ),

@@ -163,6 +163,8 @@ def carried_mission(
         found = _changed_mission(run, run.changing, changed, facts, carried)
         if found is not None:
             return found
+    if run.change is None and run.compiled_home is not None:  # home has moved since, by its takeoff at the least
+        facts = replace(facts, home=run.compiled_home)
     mission = carried.held(compile_part(plan, run.change, facts), run.mission_id, run.mission_hash)
     return None if mission is None else OnboardMission(run, plan, mission)
 

@@ -134,7 +134,8 @@ class Run(FrozenForm):
     flown again.
     `taken_over` is set once another gateway of the site has taken the run over.
     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
-    `home` is where home was (HOME_POSITION) as the vehicle took off: PX4 moves it as it disarms; null: not known.
+    `compiled_home` is home (HOME_POSITION) with which its mission was compiled, and `home` as the vehicle took off: PX4
+    moves it as it arms, and as it disarms; null: not known.
     `last_position` is the newest position of the vehicle that was known as the run ended; null before, and if none was.
     """
 
@@ -166,6 +167,7 @@ class Run(FrozenForm):
     continues: str | None = None
     continued_by: str | None = None
     taken_over: TakenOver | None = None
+    compiled_home: GlobalPosition | None = None
     home: GlobalPosition | None = None
     last_position: LastPosition | None = None
     drops: tuple[DropRecord, ...] = ()

@@ -23,6 +23,7 @@ from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import Wind
 from app.domain.run.run import Run
+from app.domain.vehicle.state import GlobalPosition
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.plans import KnownPlan, NewPlan
@@ -41,11 +42,14 @@ def new_run(
     wind: Wind,
     continues: str | None,
     *,
+    home: GlobalPosition | None,
     start: bool,
     actor: str,
     now: float,
 ) -> Run:
-    """A run of this plan that is about to be uploaded. `continues` is the run whose rest it flies."""
+    """A run of this plan that is about to be uploaded, compiled with this `home`. `continues` is the run whose rest it
+    flies.
+    """
     identity = link.identity
     return Run(
         id=run_id,
@@ -57,6 +61,7 @@ def new_run(
         firmware=None if identity.firmware is None else str(identity.firmware),
         link_security=link.state().link_security,
         mission_hash=mission_hash(mission),
+        compiled_home=home,
         requested_by=actor,
         start_requested=start,
         wind=wind,

@@ -285,8 +285,8 @@ class Runs:
         old = None if continues is None else await self.continuable(continues)  # nobody else uses the vehicle now
         then = await self._fleet.facts(vehicle.id)
         mission, timeline = await compiled_and_predicted(known.plan, then, wind, self._in_thread)
-        now = self._clock.now()
-        run = new_run(run_id, known, vehicle.id, link, mission, wind, continues, start=start, actor=actor, now=now)
+        about = (run_id, known, vehicle.id, link, mission, wind, continues)
+        run = new_run(*about, home=then.home, start=start, actor=actor, now=self._clock.now())
         facts = partial(self._fleet.facts, vehicle.id)
         made = assemble(run, known.plan, mission, link, then, facts, self._parts)
         if isinstance(plan, NewPlan):

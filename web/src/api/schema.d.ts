@@ -5655,7 +5655,8 @@ export interface components {
          *     flown again.
          *     `taken_over` is set once another gateway of the site has taken the run over.
          *     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
-         *     `home` is where home was (HOME_POSITION) as the vehicle took off: PX4 moves it as it disarms; null: not known.
+         *     `compiled_home` is home (HOME_POSITION) with which its mission was compiled, and `home` as the vehicle took off: PX4
+         *     moves it as it arms, and as it disarms; null: not known.
          *     `last_position` is the newest position of the vehicle that was known as the run ended; null before, and if none was.
          */
         Run: {
@@ -5757,6 +5758,8 @@ export interface components {
             continued_by: string | null;
             /** @default null */
             taken_over: components["schemas"]["TakenOver"] | null;
+            /** @default null */
+            compiled_home: components["schemas"]["GlobalPosition"] | null;
             /** @default null */
             home: components["schemas"]["GlobalPosition"] | null;
             /** @default null */

@@ -188,6 +188,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     updated_at: 100,
     started_at: null,
     ended_at: null,
+    compiled_home: null,
     home: null,
     last_position: null,
     ...fields,

@@ -159,3 +159,22 @@ def test_a_landing_that_was_not_seen_waits_for_its_place() -> None:
     assert found.located(stands(1.0, FlightMode.HOLD)).located(stands(200.0, FlightMode.HOLD)).state == stands(
         1.0, FlightMode.HOLD
     ), "it is carried away after it landed"
+
+
+def test_home_that_moves_after_the_return_began_is_not_where_it_goes() -> None:
+    """PX4 moves home of a rover whose return begins at a waypoint: it says landed there, and then takes off (flown)."""
+    moved = GlobalPosition(*at(25.0, 0).values(), 488.0)
+    in_sight, found = (replace(stands(m, FlightMode.RETURN), home=moved) for m in (3.0, 0.5))
+    judged = Touchdown.of(found, in_sight, BECAUSE, took_off_from=HOME)
+    assert judged.why_elsewhere(mission(RETURN), None, VehicleType.MULTICOPTER) is None
+
+
+@pytest.mark.parametrize(("north_m", "is_elsewhere"), [(0.5, False), (25.0, True)], ids=["took off", "moved to"])
+def test_a_rover_returns_to_where_it_took_off_and_not_to_where_home_was_moved(
+    north_m: float, is_elsewhere: bool
+) -> None:
+    """A return that is paused and repeated goes to the moved home (flown)."""
+    moved = GlobalPosition(*at(25.0, 0).values(), 488.0)
+    stood = replace(stands(north_m, FlightMode.RETURN), home=moved)
+    judged = Touchdown.of(stood, stood, BECAUSE, took_off_from=HOME)
+    assert (judged.why_elsewhere(mission(RETURN), None, VehicleType.ROVER) is not None) == is_elsewhere

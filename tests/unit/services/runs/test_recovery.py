@@ -14,10 +14,11 @@ from app.domain.errors import LinkTimeoutError, RunNotFollowedError, StorageErro
 from app.domain.events import Event
 from app.domain.events.run import RunChanged
 from app.domain.mission import MissionItem, MissionType
+from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.facts import DuplicateSystem
-from app.domain.vehicle.state import LandedState
+from app.domain.vehicle.state import GlobalPosition, LandedState
 from tests.support.changed_flight import clinic_moved, fly, store
 from tests.support.run_service import RunService, restarted, run_service
 
@@ -151,6 +152,24 @@ async def test_a_mission_whose_plan_compiles_to_another_one_now_is_read(monkeypa
         await restarted(service, meanwhile=lambda: other_speed(service))
         await service.until(is_followed(service), "it is the run's by its id")
         assert len(listed.asked_s) == 1, "how it was uploaded is read from the vehicle"
+
+
+async def test_a_mission_is_known_by_its_id_although_home_has_moved_as_it_took_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """PX4 sets home anew as it arms; the takeoff of this plan has no position of its own."""
+    async with run_service() as service:
+        home = GlobalPosition(47.3977433, 8.5455937, 488.0)
+        facts = service.vehicle.facts = replace(service.vehicle.facts, home=home)
+        service.mission = compile_plan(service.plan, facts)
+        listed = await flying(service, monkeypatch)
+
+        def home_moves() -> None:
+            service.vehicle.facts = replace(facts, home=replace(home, longitude_deg=8.5455936))
+
+        await restarted(service, meanwhile=home_moves)
+        await service.until(is_followed(service), "compiled with the home of its upload, it is the same")
+        assert listed.asked_s == []
 
 
 async def test_a_name_from_before_a_silence_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
