@@ -18,9 +18,8 @@ from app.vehicles.native import NativeSystem, settle_from_thread
 from app.vehicles.settings import LinkSettings
 
 _PER_ITEM_S: Final = 0.5
-_CLEAR_ATTEMPTS: Final = 9
-"""PX4 keeps a transfer that another station left open for 5 s and ignores a clear meanwhile."""
-_CLEAR_TIMEOUT_S: Final = 0.7
+_CLEAR_TIMEOUTS_S: Final = (0.35, *[0.7] * 8)
+"""Of each attempt. PX4 keeps a transfer that another station left open for 5 s and ignores a clear meanwhile."""
 _CANCEL_SETTLES_S: Final = 0.05
 
 
@@ -72,12 +71,12 @@ class ListTransfer:
         end = self._inbox.on(MissionAck, take)
         try:
             due_s = time.monotonic()
-            for _ in range(_CLEAR_ATTEMPTS):
+            for timeout_s in _CLEAR_TIMEOUTS_S:
                 if is_late(due_s, time.monotonic()):
                     break
-                due_s = time.monotonic() + _CLEAR_TIMEOUT_S + _CANCEL_SETTLES_S
+                due_s = time.monotonic() + timeout_s + _CANCEL_SETTLES_S
                 self._send(MissionClearAll(mission_type))
-                ack = await _next(acks)
+                ack = await _next(acks, timeout_s)
                 if ack is not None and ack.type == MissionResult.ACCEPTED:
                     return
                 if ack is not None and ack.type != MissionResult.ERROR:
@@ -102,9 +101,9 @@ def _name(mission_type: MissionType) -> str:
     return mission_type.name.lower()
 
 
-async def _next(acks: asyncio.Queue[MissionAck]) -> MissionAck | None:
+async def _next(acks: asyncio.Queue[MissionAck], timeout_s: float) -> MissionAck | None:
     try:
-        async with asyncio.timeout(_CLEAR_TIMEOUT_S):
+        async with asyncio.timeout(timeout_s):
             return await acks.get()
     except TimeoutError:
         return None

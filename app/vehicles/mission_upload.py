@@ -310,25 +310,29 @@ class MissionUploader:
     async def _upload_lists(
         self, *lists: tuple[MissionType, tuple[MissionItem, ...]], attempts: int
     ) -> AsyncGenerator[UploadProgress, None]:
-        """One after the other in one turn; the last one is the mission."""
+        """All in one turn: what is empty is cleared, then one list after the other; the last one is the mission."""
         started_s = time.monotonic()
         async with self._turn:
             self.last = None
+            # a stale fence or rally point of an earlier flight must not stay
+            await self._clear(*(mission_type for mission_type, items in lists if not items))
             for mission_type, items in lists:
-                if not items:  # a stale fence or rally point of an earlier flight must not stay
-                    await self._clear(mission_type)
+                if not items:
                     continue
                 async with aclosing(self._upload_list(mission_type, items, attempts)) as steps:
                     async for step in steps:
                         yield step
             self.last = UploadRecord(items, step.mission_id, started_s, time.monotonic())
 
-    async def _clear(self, mission_type: MissionType) -> None:
-        name = mission_type.name.lower()
-        try:
-            await self._lists.clear(mission_type)
-        except LinkError as error:
-            raise UploadError(f"clearing the old {name} failed: {error.detail}", mission_type=name) from error
+    async def _clear(self, *mission_types: MissionType) -> None:
+        """All at once: a radio link takes as long for two as for one."""
+        results = await asyncio.gather(*map(self._lists.clear, mission_types), return_exceptions=True)
+        for mission_type, error in zip(mission_types, results, strict=True):
+            name = mission_type.name.lower()
+            if isinstance(error, LinkError):
+                raise UploadError(f"clearing the old {name} failed: {error.detail}", mission_type=name) from error
+            if error is not None:
+                raise error
 
     async def _upload_list(
         self, mission_type: MissionType, items: Sequence[MissionItem], attempts: int

@@ -14,6 +14,7 @@ from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode
 from app.vehicles import LinkSettings, MavsdkLinkSource
 from tests.support.patience import Patience
+from tests.support.simulated import SimulatedFleet
 
 F = TypeVar("F")
 HOME = (473977420, 85455940)
@@ -134,6 +135,15 @@ async def uploaded(link: VehicleLink, what: Mission) -> UploadProgress:
     steps = [step async for step in link.upload(what)]
     assert steps[-1].mission_type is MissionType.MISSION
     return steps[-1]
+
+
+async def uploaded_without_final_ack(fleet: SimulatedFleet, link: VehicleLink, what: Mission) -> UploadProgress:
+    """The same while the mission's own MISSION_ACK gets lost; the fleet is one vehicle."""
+    async for step in link.upload(what):
+        if step.mission_type is MissionType.MISSION and step.sent == 0 and step.attempt == 1:
+            fleet.control("lost_ack", 1)  # what is cleared before is acknowledged
+    assert "lost_ack" not in fleet.truth(1)["faults"], "the vehicle must have left out an ack"
+    return step
 
 
 async def collected(steps: AsyncIterator[UploadProgress]) -> list[UploadProgress]:

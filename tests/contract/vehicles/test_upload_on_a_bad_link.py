@@ -13,7 +13,17 @@ from app.domain.mission import Mission, MissionType
 from app.domain.ports.vehicle_link import VehicleLink
 from app.vehicles import LinkSettings
 from app.vehicles.mission_wire import first_difference
-from tests.support.driving import collected, mission, opened, opened_link, rally_point, square_fence, until, uploaded
+from tests.support.driving import (
+    collected,
+    mission,
+    opened,
+    opened_link,
+    rally_point,
+    square_fence,
+    until,
+    uploaded,
+    uploaded_without_final_ack,
+)
 from tests.support.simulated import SimulatedFleet
 
 
@@ -48,11 +58,18 @@ async def test_with_a_tenth_of_all_datagrams_lost_it_ends_right_or_says_what_fai
 async def test_a_lost_final_ack_is_recognised_as_success(quad: SimulatedFleet, link: VehicleLink) -> None:
     await uploaded(link, mission(3))
     before_id = link.state().mission_id
-    quad.control("lost_ack", 3)  # clearing fence and rally, then the mission's own
-    last = await uploaded(link, mission(8))
+    last = await uploaded_without_final_ack(quad, link, mission(8))
     assert (last.verified_by, last.attempt) == ("mission_id", 1)
     assert last.mission_id != before_id
     assert first_difference(mission(8).items, await link.download(MissionType.MISSION)) is None
+
+
+async def test_a_lost_answer_to_clearing_is_asked_for_again(quad: SimulatedFleet, link: VehicleLink) -> None:
+    await uploaded(link, Mission(mission(3).items, fence=square_fence(300), rally=(rally_point(20),)))
+    quad.control("lost_ack", 3)  # of fence and rally points, and of one of them again
+    await uploaded(link, mission(6))
+    assert "lost_ack" not in quad.truth(1)["faults"]
+    assert await link.download(MissionType.FENCE) == await link.download(MissionType.RALLY) == ()
 
 
 async def test_a_refusal_of_the_whole_list_is_told_with_its_mav_mission_result(
