@@ -89,6 +89,10 @@ class ReasonCode(StrEnum):
         "the vehicle ended its flight before the mission was complete ({cause})",
     )
     LANDED_ELSEWHERE = "run.landed_elsewhere", "the vehicle did not land at its destination ({cause})"
+    FELL = (
+        "run.fell",
+        "the vehicle fell about {fallen_m:.0f} m to the ground: it was disarmed in the air, or its motors stopped",
+    )
     FLOWN_TO_END = "run.flown_to_end", "the mission is complete"
     RUN_ENDED = "run.ended", "the run ended as {state}"
 

@@ -34,6 +34,8 @@ class Told:
     state: VehicleState = ON_ITS_WAY
     now_s: float = BEGAN_S
     states: list[RunState] = field(default_factory=list)
+    has_clock: bool = False
+    """Whether the vehicle's own clock is heard, with each position."""
 
     @property
     def run(self) -> Run:
@@ -41,7 +43,9 @@ class Told:
 
     @property
     def observed(self) -> Observation:
-        return Observation(self.state, self.now_s, BEGAN_AT + self.now_s - BEGAN_S)
+        boot_time_s = self.now_s - 900.0 if self.has_clock else self.state.boot_time_s
+        state = replace(self.state, boot_time_s=boot_time_s)
+        return Observation(state, self.now_s, BEGAN_AT + self.now_s - BEGAN_S)
 
     def feed(self, given: FlightInput) -> None:
         self.flight, _ = step(self.flight, given)

@@ -12,7 +12,7 @@ from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, consent_event
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
-from app.domain.flight.landing import RETURNS, Touchdown, is_near
+from app.domain.flight.landing import RETURNS, HeightTracker, Touchdown, is_near
 from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
@@ -155,6 +155,10 @@ class LinkTracker:
         first_s = now_s if self.first_heard_s is None else self.first_heard_s
         return replace(self, last_heard_s=now_s, connected_since_s=since_s, first_heard_s=first_s)
 
+    def heard_s(self, now_s: float) -> float:
+        """For how long this flight has heard of it."""
+        return 0.0 if self.first_heard_s is None else now_s - self.first_heard_s
+
     @property
     def is_just_back(self) -> bool:
         """Whether it was lost until now: what the vehicle repeats every second may be from before."""
@@ -186,7 +190,8 @@ class Flight:
     transferred or may be on board, and `skip_to` its item that the vehicle had reached when the change arrived.
     `target` follows the moving target of the next drop. `last_state` is the vehicle's state at the last observation.
     `touchdown` is how it came to stand on the ground; None in the air. `in_sight` is the last observation before that
-    on a link that held: what comes first after a loss is partly from before. `is_on_mission`: it was seen in
+    on a link that held: what comes first after a loss is partly from before, and `height` the altitudes of its last
+    seconds. `is_on_mission`: it was seen in
     Mission mode, and since then in that and Hold mode only. `effects` are those of the current step.
     """
 
@@ -212,6 +217,7 @@ class Flight:
     landed_at_s: float | None = None
     touchdown: Touchdown | None = None
     in_sight: VehicleState | None = None
+    height: HeightTracker = field(default_factory=HeightTracker)
     is_on_mission: bool = False
     effects: tuple[FlightEffect, ...] = ()
 
@@ -287,6 +293,10 @@ class Flight:
         vehicle_type = self.segment.plan.vehicle_type
         return self.touchdown.why_elsewhere(self.segment.mission, self.run.commanded, vehicle_type)
 
+    def why_fallen(self, state: VehicleState) -> Reason | None:
+        """Why it did not land at all: see Touchdown."""
+        return None if self.touchdown is None else self.touchdown.why_fallen(state, self.segment.plan.vehicle_type)
+
     def having_taken_off(self, observed: Observation) -> Flight:
         """With home as it was when the vehicle was first seen in the air."""
         home = observed.state.home
@@ -300,14 +310,15 @@ class Flight:
         is_back = self.link.is_just_back
         has_flown = self.was_airborne or (is_back and self.mission_done)
         if is_airborne(state) or not has_flown:
-            return replace(self, touchdown=None, in_sight=self.in_sight if is_back else state)
+            height = HeightTracker() if is_back else self.height.in_air(state)
+            return replace(self, touchdown=None, in_sight=self.in_sight if is_back else state, height=height)
         if state.landed is not LandedState.ON_GROUND:
             return self
         found, restarted = self.touchdown, self.in_sight is None and self.link.was_away
         if found is None:
             is_seen = not (is_back or restarted)
-            reason, took_off_from = self.run.reason, self.run.home
-            found = Touchdown.of(state, self.in_sight, reason, is_seen=is_seen, took_off_from=took_off_from)
+            reason, home, from_m = self.run.reason, self.run.home, self.height.highest_m(state) if is_seen else None
+            found = Touchdown.of(state, self.in_sight, reason, is_seen=is_seen, took_off_from=home, from_m=from_m)
         elif is_back and not self.mission_done:
             found = found.lost_sight_of(state)
         return replace(self, was_airborne=True, touchdown=found.located(state))

@@ -25,12 +25,43 @@ _TURNS_WITHIN_M: Final = 100.0
 _UNSEEN: Final = Reason.of(ReasonCode.LANDING_UNSEEN)
 _FRESH_S: Final = 3.0
 """An older position may be from before it was lost."""
+_TOLD_WITHIN_S: Final = 2.0
+"""EXTENDED_SYS_STATE may come a second late, and one may be lost."""
+_FALLS_M: Final = 4.0
+_SINKS_M: Final = 10.0
+"""PX4 descends 3 m in that time at most. A wing that is landed by hand may lose a few metres more, and its motors be
+stopped as it touches the ground.
+"""
+
+
+class HeightTracker(NamedTuple):
+    """The altitudes (AMSL) that a vehicle in the air reported last, with the time of each on its clock, in seconds.
+
+    PX4 says landed as soon as it is disarmed, and moves home to there: the altitude above home tells no fall.
+    """
+
+    heard: tuple[tuple[float, float], ...] = ()
+
+    def in_air(self, state: VehicleState) -> HeightTracker:
+        """After an observation of a vehicle in the air."""
+        if state.absolute_altitude_m is None or state.boot_time_s is None:
+            return self
+        return HeightTracker((*self._until(state.boot_time_s), (state.boot_time_s, state.absolute_altitude_m)))
+
+    def highest_m(self, state: VehicleState) -> float | None:
+        """The altitude from which it came down, as it says that it is on the ground; None if none is known."""
+        lately = () if state.boot_time_s is None else self._until(state.boot_time_s)
+        return max((altitude_m for _, altitude_m in lately), default=None)
+
+    def _until(self, boot_time_s: float) -> tuple[tuple[float, float], ...]:
+        return tuple(one for one in self.heard if 0.0 < boot_time_s - one[0] <= _TOLD_WITHIN_S)
 
 
 class Touchdown(NamedTuple):
     """The vehicle as it came to stand on the ground. `mode` and `home`: those of its descent, as far as it was seen;
     PX4 moves home to the place as it disarms there. `reason`: why it came down, as the run said until then. Not
-    `is_seen`: the link was lost before, and what the vehicle flew then is not known.
+    `is_seen`: the link was lost before, and what the vehicle flew then is not known. `from_m` is the altitude (AMSL)
+    from which it came down, None if not known.
     """
 
     state: VehicleState
@@ -39,6 +70,7 @@ class Touchdown(NamedTuple):
     reason: Reason | None
     is_seen: bool = True
     took_off_from: GlobalPosition | None = None
+    from_m: float | None = None
 
     @classmethod
     def of(
@@ -49,10 +81,11 @@ class Touchdown(NamedTuple):
         *,
         is_seen: bool = True,
         took_off_from: GlobalPosition | None = None,
+        from_m: float | None = None,
     ) -> Touchdown:
         """`before` is the last observation before it, None after a restart; `took_off_from` is home as it was then. The
         reason of a landing that was not seen is known if it was coming down before, or still is in a mode that is not
-        the mission's.
+        the mission's. `from_m`: see HeightTracker.highest_m.
         """
         mode, home = state.mode, took_off_from or state.home
         if before is None:
@@ -61,7 +94,7 @@ class Touchdown(NamedTuple):
             mode = before.mode if mode in _SAYS_NOTHING else mode
             home = before.home or home
             is_known = before.in_failsafe and before.mode is mode
-        return cls(state, mode, home, reason if is_seen or is_known else _UNSEEN, is_seen, took_off_from)
+        return cls(state, mode, home, reason if is_seen or is_known else _UNSEEN, is_seen, took_off_from, from_m)
 
     def lost_sight_of(self, state: VehicleState) -> Touchdown:
         """After a loss of the link on the ground: it may have flown on, and landed again. One that a failsafe had
@@ -78,6 +111,15 @@ class Touchdown(NamedTuple):
     def is_by_mission(self) -> bool:
         """Whether a mission may have brought the vehicle down, by the mode."""
         return self.mode in _BY_MISSION
+
+    def why_fallen(self, state: VehicleState, vehicle_type: VehicleType) -> Reason | None:
+        """Why it is no landing, of a vehicle that has come to rest: it was far above that place a moment before it said
+        landed. None if it was not, or if its altitude is not known.
+        """
+        is_known = self.from_m is not None and state.absolute_altitude_m is not None and _is_fresh(state)
+        fallen_m = (self.from_m or 0.0) - (state.absolute_altitude_m or 0.0) if is_known else 0.0
+        least_m = _SINKS_M if vehicle_type in _LANDED_BY_HAND else _FALLS_M
+        return Reason.of(ReasonCode.FELL, fallen_m=round(fallen_m, 1)) if fallen_m > least_m else None
 
     def why_elsewhere(self, mission: Mission, commanded: RunAction | None, vehicle_type: VehicleType) -> Reason | None:
         """Why it is not the destination of the return or landing that was flown; None if it is, whoever flew it there.
@@ -113,14 +155,17 @@ class Touchdown(NamedTuple):
 
     @property
     def _has_position(self) -> bool:
-        age_s = self.state.position_age_s
-        return age_s is not None and age_s <= _FRESH_S and self.state.latitude_deg is not None
+        return _is_fresh(self.state) and self.state.latitude_deg is not None
 
     def _is_at(self, latitude_deg: float, longitude_deg: float, near_m: float) -> bool:
         if not self._has_position or self.state.latitude_deg is None or self.state.longitude_deg is None:
             return False
         away_m = distance_m(self.state.latitude_deg, self.state.longitude_deg, latitude_deg, longitude_deg)
         return away_m <= near_m
+
+
+def _is_fresh(state: VehicleState) -> bool:
+    return state.position_age_s is not None and state.position_age_s <= _FRESH_S
 
 
 def is_near(state: VehicleState, item: MissionItem) -> bool:

@@ -301,14 +301,17 @@ def final_state(
     returns_at_end: bool = False,
     lands_at_end: bool = False,
     elsewhere: Reason | None = None,
+    fallen: Reason | None = None,
     landed_for: Reason | None = None,
 ) -> tuple[RunState, Reason | None]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship).
 
     `returns_at_end`, `lands_at_end`: a landing, or a return, that is commanded on the way is not the mission's end,
     although its items are done: PX4 reports a landing item as reached when it begins. `elsewhere`: see
-    Touchdown.why_elsewhere; `landed_for`: the reason with which it came down.
+    Touchdown.why_elsewhere; `fallen`: see Touchdown.why_fallen; `landed_for`: the reason with which it came down.
     """
+    if fallen is not None:  # whatever was commanded: somebody must look after it
+        return RunState.FAILED, fallen
     returned = commanded in RETURNS
     is_interrupted = (returns_at_end and commanded is RunAction.LAND) or (lands_at_end and returned)
     if mission_done and elsewhere is None and not is_interrupted:  # done before anything was commanded

@@ -85,13 +85,11 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
     if flight.link.rebooted:
         flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
         return _end(flight, observed, RunState.FAILED, Reason.of(ReasonCode.REBOOTED))
-    first_heard_s = flight.link.first_heard_s
-    heard_s = 0.0 if first_heard_s is None else now_s - first_heard_s
     flight = replace(
         flight,
         mode=flight.mode.seen(state, now_s),
         was_airborne=flight.was_airborne or is_airborne(state),
-        was_armed=flight.was_armed or bool(state.armed) or heard_s > SLOWEST_HEARTBEAT_S,
+        was_armed=flight.was_armed or bool(state.armed) or flight.link.heard_s(now_s) > SLOWEST_HEARTBEAT_S,
     )
     flight = flight.having_taken_off(observed).having_landed(state).having_driven(state)
     flight = _time_items(_observe_drops(_follow_mission(flight, observed), observed), observed)
@@ -398,6 +396,7 @@ def _over(flight: Flight, observed: Observation, reason: Reason | None) -> Fligh
         returns_at_end=flight.segment.mission.ends_with_return,
         lands_at_end=flight.segment.mission.ends_with_landing,
         elsewhere=flight.why_elsewhere,
+        fallen=flight.why_fallen(observed.state),
         landed_for=None if flight.touchdown is None else flight.touchdown.reason,
     )
     return _end(flight, observed, last, why)

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
-from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState, MissionState
+from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState, MissionState, SignalDurations
 from tests.support.flown_flights import DROP, MISSION
 from tests.support.told_flight import LAST_SEQ, Told
 
@@ -210,6 +210,48 @@ def test_a_vehicle_that_somebody_disarms_on_its_return_has_not_come_home() -> No
     assert told.run.state is RunState.FAILED
     assert told.run.reason is not None
     assert told.run.reason.code is ReasonCode.LANDED_ELSEWHERE
+
+
+@pytest.mark.parametrize("commanded", [None, RunAction.RETURN, RunAction.LAND])
+@pytest.mark.parametrize("late_s", [0.1, 1.0])
+def test_a_vehicle_that_somebody_disarms_in_the_air_above_home_has_not_landed(
+    late_s: float, commanded: RunAction | None
+) -> None:
+    """PX4 says landed as it is disarmed, and moves home to there. It falls until it lies on the ground."""
+    told = Told(has_clock=True)
+    told.see(home=HOME, absolute_altitude_m=508.0)
+    if commanded is None:
+        told.return_at_end()
+    else:
+        told.command(commanded)
+        told.see(3.0, mode=FlightMode.LAND if commanded is RunAction.LAND else FlightMode.RETURN)
+    told.see(10.0, absolute_altitude_m=498.0)
+    told.see(late_s, absolute_altitude_m=498.0 - 4.9 * late_s**2)
+    moved = replace(HOME, altitude_m=495.0)
+    falls = {"landed": LandedState.ON_GROUND, "armed": False, "mode": FlightMode.HOLD, "durations": SignalDurations()}
+    told.see(1.0, home=moved, **falls)
+    told.see(3.0, absolute_altitude_m=488.2, relative_altitude_m=-6.8)
+    told.see(3.0, durations=SignalDurations(4.0, 4.0, 3.0))
+    assert (told.run.state, told.run.reason) == (RunState.FAILED, Reason.of(ReasonCode.FELL, fallen_m=9.8))
+
+
+@pytest.mark.parametrize("gone_s", [0.0, 10.0], ids=["seen", "unseen"])
+def test_a_descent_to_the_ground_is_no_fall(gone_s: float) -> None:
+    """1.5 m/s, and landed is said as it touches the ground. What sank in a loss of the link is not known to have
+    fallen.
+    """
+    told = Told(has_clock=True)
+    told.see(home=HOME, absolute_altitude_m=498.0)
+    told.return_at_end()
+    if gone_s:
+        told.see(gone_s, connected=False)
+        told.see(connected=True)
+    for tenths in range(0 if gone_s else 65):
+        told.see(absolute_altitude_m=498.0 - 0.15 * tenths)
+    told.state = replace(told.state, absolute_altitude_m=488.2)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    assert (told.run.state, told.run.reason) == (RunState.COMPLETED, None)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.flight.landing import Touchdown
+from app.domain.flight.landing import HeightTracker, Touchdown
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
@@ -178,3 +178,25 @@ def test_a_rover_returns_to_where_it_took_off_and_not_to_where_home_was_moved(
     stood = replace(stands(north_m, FlightMode.RETURN), home=moved)
     judged = Touchdown.of(stood, stood, BECAUSE, took_off_from=HOME)
     assert (judged.why_elsewhere(mission(RETURN), None, VehicleType.ROVER) is not None) == is_elsewhere
+
+
+@pytest.mark.parametrize(
+    ("kind", "fallen_m", "is_fall"),
+    [
+        (VehicleType.MULTICOPTER, 3.0, False),
+        (VehicleType.MULTICOPTER, 5.0, True),
+        (VehicleType.FIXED_WING, 5.0, False),
+        (VehicleType.FIXED_WING, 12.0, True),
+    ],
+)
+def test_a_fall_is_measured_from_where_it_was_a_moment_before(
+    kind: VehicleType, fallen_m: float, is_fall: bool
+) -> None:
+    """A plane that is landed by hand loses metres as it touches down, and its pilot stops the motor there."""
+    high = replace(stands(1.0, FlightMode.RETURN), absolute_altitude_m=488.0 + fallen_m)
+    lies = replace(high, absolute_altitude_m=488.0, boot_time_s=12.0)
+    told = HeightTracker().in_air(replace(high, absolute_altitude_m=600.0, boot_time_s=1.0))
+    told = told.in_air(replace(high, boot_time_s=11.0))
+    judged = Touchdown.of(lies, high, None, from_m=told.highest_m(lies))
+    assert (judged.why_fallen(lies, kind) is not None) == is_fall
+    assert judged.why_fallen(replace(lies, position_age_s=9.0), kind) is None, "nobody knows where it lies"
