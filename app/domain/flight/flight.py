@@ -14,15 +14,15 @@ from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
 from app.domain.flight.landing import RETURNS, HeightTracker, Touchdown, is_near
 from app.domain.flight.modes import ModeTracker
-from app.domain.flight.phase import is_airborne, is_offboard_reason
+from app.domain.flight.phase import STOPPED_M_S, is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.mission import Mission
-from app.domain.reasons import Reason
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import LastPosition, Run, RunAction, RunState
 from app.domain.vehicle.clock import UNMEASURED, VehicleClock
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +128,8 @@ def _vehicle_s(seen: VehicleSnapshot) -> float | None:
     return state.boot_time_s + state.position_age_s * seen.clock_rate
 
 
+_MODES_OF_A_START: Final = frozenset({FlightMode.HOLD, FlightMode.MISSION, FlightMode.TAKEOFF})
+"""In any other, somebody else has it."""
 LOST_AFTER_S: Final = 900.0
 DEFAULT_MAX_OFFSET_M: Final = 3.0
 
@@ -292,6 +294,22 @@ class Flight:
             return None
         vehicle_type = self.segment.plan.vehicle_type
         return self.touchdown.why_elsewhere(self.segment.mission, self.run.commanded, vehicle_type)
+
+    @property
+    def is_left_at_start(self) -> bool:
+        """Whether a restart of the service broke its start off, and the vehicle has been where it was armed since."""
+        return self.run.reason == Reason.of(ReasonCode.RESTART_DURING_START_ARMED)
+
+    def stands_at_start(self, state: VehicleState) -> bool:
+        """Whether it stands armed where it was to start, in a mode of its start. A rover says soon that it is in the
+        air.
+        """
+        if not state.connected or state.armed is not True or state.mode not in _MODES_OF_A_START:
+            return False
+        if self.segment.plan.vehicle_type is VehicleType.ROVER:
+            speed_m_s = state.ground_speed_m_s
+            return self.is_left_at_start and speed_m_s is not None and speed_m_s < STOPPED_M_S
+        return not self.was_airborne and state.landed is LandedState.ON_GROUND
 
     def why_fallen(self, state: VehicleState) -> Reason | None:
         """Why it did not land at all: see Touchdown."""

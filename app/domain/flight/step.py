@@ -171,7 +171,8 @@ def _recovered(flight: Flight, given: inputs.Recovered) -> Flight:
         flight = flight.recording(given.arrived).recording(RunChanged(flight.run))
     else:
         flight = flight.with_run(observed, changing=None)
-    was_airborne = flight.run.state is not RunState.STARTING or is_airborne(observed.state)
+    is_started = flight.run.state is not RunState.STARTING and not flight.is_left_at_start
+    was_airborne = is_started or is_airborne(observed.state)
     if flight.run.state is RunState.STARTING:
         flight = flight.in_state(observed, RunState.FLYING, Reason.of(ReasonCode.RESTART_DURING_START_ARMED))
     if not given.in_flight:
@@ -425,7 +426,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         is_on_mission=flight.is_on_mission,
         returns_at_end=flight.segment.mission.ends_with_return,
         rally_point=None if run.rally is None else run.rally.index + 1,
-        is_left_at_start=run.reason == Reason.of(ReasonCode.RESTART_DURING_START_ARMED),
+        is_left_at_start=flight.is_left_at_start,
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )
 

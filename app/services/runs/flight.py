@@ -15,6 +15,7 @@ from app.domain.errors import (
     ConflictError,
     LinkTimeoutError,
     StorageError,
+    VehicleRefusedError,
     WaydropError,
     WrongStateError,
 )
@@ -122,8 +123,46 @@ class RunFlight:
         """Before take-off: cancel and disarm. In flight: return. Raises WrongStateError, LinkError."""
         if self._monitor.run.state in BEFORE_FLIGHT:
             self._abort_asked.set()
-            return
-        await self.return_to_launch()
+        else:
+            await self._bring_back()
+
+    async def _bring_back(self) -> None:
+        if not await self._disarmed_at_start():
+            await self.return_to_launch()
+
+    async def _disarmed_at_start(self) -> bool:
+        """Disarm a vehicle that was started and stands there yet: for that, Return is no way to end. False: it does
+        not, or takes off, so PX4 refused it. Raises LinkError.
+        """
+        self.changer.break_off()
+        async with self._acting:
+            if self._monitor.run.state not in IN_FLIGHT or not self._stands_at_start:
+                return False
+            self._recorder.record(RunCommand(command=RunCommandName.DISARM))
+            await self._recorder.flush_within(self._settings.stored_within_s)
+            outcome, detail = CommandOutcome.FAILED, ""
+            try:
+                if not self._stands_at_start:  # the disk was waited for
+                    outcome, detail = CommandOutcome.NOT_SENT, "it stands there no longer"
+                    return False
+                await self._link.disarm()
+                outcome = CommandOutcome.DONE
+            except VehicleRefusedError as error:
+                detail = error.detail
+                return False
+            except WaydropError as error:
+                detail = error.detail
+                raise
+            finally:
+                self._recorder.record(RunAck(command=RunCommandName.DISARM, outcome=outcome, detail=detail))
+            aborted = Reason.of(ReasonCode.ABORTED_ON_GROUND)
+            self._monitor.feed(RunEnded(self._monitor.observation(), RunState.ABORTED, aborted))
+        await self._recorder.flush()
+        return True
+
+    @property
+    def _stands_at_start(self) -> bool:
+        return self._monitor.flight.stands_at_start(self._link.state())
 
     def withdraw(self) -> None:
         """End a run whose vehicle was not told to arm, and certainly is not any more. Idempotent.
@@ -323,7 +362,8 @@ class RunFlight:
                 if self._monitor.run.state is RunState.STARTING:
                     self._reach(RunState.FLYING)
                 if self._abort_asked.is_set() and self._preparation.is_not_taken:
-                    await self._bring_back()  # the abort was requested as the start ended, and must not be lost
+                    with contextlib.suppress(WaydropError):  # recorded as an event; an operator can repeat it
+                        await self._bring_back()  # the abort was requested as the start ended, and must not be lost
                 return True
             if self._monitor.run.is_over:
                 return False
@@ -368,10 +408,6 @@ class RunFlight:
             why = Reason.of(ReasonCode.START_BROKE_ARMED)
         self._reach(RunState.FLYING, why)
         await self._recorder.flush_or_wait()
-
-    async def _bring_back(self) -> None:
-        with contextlib.suppress(WaydropError):  # recorded as an event; an operator can repeat it
-            await self.return_to_launch()
 
     async def _wait_for_start(self) -> bool:
         waits = [asyncio.ensure_future(e.wait()) for e in (self._start_asked, self._abort_asked)]

@@ -8,14 +8,21 @@ from dataclasses import replace
 import pytest
 
 from app.domain.drop.record import DropOutcome
-from app.domain.errors import LinkTimeoutError, StorageError, VehicleQuarantinedError, WaydropError, WrongStateError
+from app.domain.errors import (
+    LinkTimeoutError,
+    StorageError,
+    VehicleQuarantinedError,
+    VehicleRefusedError,
+    WaydropError,
+    WrongStateError,
+)
 from app.domain.events.event import NewEvent
 from app.domain.events.run import RunChanged
 from app.domain.mission import MissionItem, MissionType
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.facts import ItemReached
-from app.domain.vehicle.state import LandedState
+from app.domain.vehicle.state import FlightMode, LandedState
 from tests.support.run_service import RunService, restarted, run_service
 from tests.support.scripted_link import FAST
 
@@ -158,6 +165,67 @@ async def test_a_start_whose_mission_was_commanded_before_a_restart_is_not_repea
         await restarted(service, meanwhile=lambda: service.vehicle.put(armed=False))
         await service.until_state(RunState.FAILED)
         assert service.run.reason == Reason.of(ReasonCode.RESTART_DURING_START_DISARMED)
+
+
+async def left_armed(service: RunService) -> None:
+    """A restart of ours broke its start off: it stands in Hold mode, armed, and was never in the air."""
+    await service.create(start=False)
+    await service.until_state(RunState.UPLOADED)
+    service.vehicle.start_gate.clear()
+    await service.runs.start(service.run_id)
+    await service.until(lambda: "start" in service.vehicle.sent, "the mission must be commanded")
+    service.vehicle.disarm_error = LinkTimeoutError("killed")
+    await restarted(service)
+    await service.until_state(RunState.FLYING)
+    service.vehicle.disarm_error = None
+    service.vehicle.sent.clear()
+
+
+@pytest.mark.parametrize("plan_file", ["clinic-run.json", "rover-drop.json"])
+@pytest.mark.parametrize("restarts", [1, 2])
+async def test_an_abort_disarms_a_vehicle_that_a_broken_start_left_armed(plan_file: str, restarts: int) -> None:
+    """A rover says that it is in the air, soon after it was armed."""
+    async with run_service(plan_file) as service:
+        await left_armed(service)
+        if plan_file.startswith("rover"):
+            service.vehicle.put(landed=LandedState.IN_AIR)
+        for _ in range(restarts - 1):
+            await restarted(service)
+            await service.until(lambda: service.runs.flight(service.run_id) is not None, "it must be followed")
+        await service.runs.abort(service.run_id)
+        await service.until_state(RunState.ABORTED)
+        assert service.run.reason == Reason.of(ReasonCode.ABORTED_ON_GROUND)
+        assert (service.vehicle.sent, service.drop.outcome) == (["disarm"], DropOutcome.KEPT)
+
+
+async def test_an_abort_returns_a_vehicle_that_took_off_meanwhile() -> None:
+    """PX4 disarms nothing that flies."""
+    async with run_service() as service:
+        await left_armed(service)
+        service.vehicle.disarm_error = VehicleRefusedError("it flies")
+        await service.runs.abort(service.run_id)
+        assert service.vehicle.sent == ["disarm", "return"]
+
+
+@pytest.mark.parametrize("mode", [FlightMode.POSITION, FlightMode.OFFBOARD])
+async def test_an_abort_disarms_nothing_that_somebody_else_has(mode: FlightMode) -> None:
+    async with run_service() as service:
+        await left_armed(service)
+        service.vehicle.put(mode=mode)
+        await service.runs.abort(service.run_id)
+        assert service.vehicle.sent == ["return"]
+
+
+async def test_an_abort_of_a_left_vehicle_that_does_not_disarm_says_so() -> None:
+    async with run_service() as service:
+        await left_armed(service)
+        service.vehicle.disarm_error = LinkTimeoutError("no ack")
+        with pytest.raises(LinkTimeoutError):
+            await service.runs.abort(service.run_id)
+        assert service.run.state is RunState.FLYING
+        service.vehicle.disarm_error = None
+        await service.runs.abort(service.run_id)
+        await service.until_state(RunState.ABORTED)
 
 
 async def vanish(service: RunService) -> None:

@@ -180,19 +180,29 @@ async def test_an_abort_of_a_start_leaves_a_pilot_the_vehicle() -> None:
         assert service.vehicle.sent[-1] == "start"
 
 
-async def test_an_abort_in_the_moment_the_start_ends_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("landed", "state", "sent"),
+    [
+        (LandedState.TAKING_OFF, RunState.RETURNING, "return"),
+        (LandedState.ON_GROUND, RunState.ABORTED, "disarm"),
+    ],
+)
+async def test_an_abort_in_the_moment_the_start_ends_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch, landed: LandedState, state: RunState, sent: str
+) -> None:
     start = Preparation.start
     async with run_service() as service:
         await _uploaded(service)
 
         async def start_and_be_aborted(preparation: Preparation, at_first_item: Callable[[], None]) -> None:
             await start(preparation, at_first_item)
+            service.vehicle.put(landed=landed)
             await service.runs.abort(service.run_id)
 
         monkeypatch.setattr(Preparation, "start", start_and_be_aborted)
         await service.runs.start(service.run_id)
-        await service.until_state(RunState.RETURNING)
-        assert service.vehicle.sent[-1] == "return"
+        await service.until_state(state)
+        assert service.vehicle.sent[-1] == sent
 
 
 async def test_nothing_is_released_while_the_vehicle_still_obeys_a_pause() -> None:
