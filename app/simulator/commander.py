@@ -113,6 +113,7 @@ class Commander:
         """Counts what users and the ends of modes changed; failsafes do not count."""
         self._mode_after_disarming = Mode.LOITER
         self._terminated = False
+        self._home_is_set = False
         self._flown = False
         """Taken off since arming."""
         self._awaits_takeoff_s = 0.0
@@ -129,6 +130,7 @@ class Commander:
         status.system_status = SystemStatus.UNINIT
         status.mode = status.intended = self._mode_after_disarming = Mode.LOITER
         self._terminated = False
+        self._home_is_set = False
 
     # modes --------------------------------------------------------------------------------------------------
 
@@ -299,13 +301,23 @@ class Commander:
     def _stands_elsewhere(self) -> bool:
         """Home follows a vehicle that is disarmed and has landed; in the air it does not [14_infeasible_plane]."""
         status, body = self._state.status, self._state.body
-        if status.home is None or status.armed or not status.landed:
+        if status.home is None or status.armed or not status.landed or self._home_is_set:
             return False
         home = (status.home.north_m, status.home.east_m, status.home.up_m)
         return math.dist(home, (body.north_m, body.east_m, body.up_m)) > HOME_MOVED_M
 
-    def _set_home(self) -> None:
+    def set_home(self, place: Home | None) -> Result:
+        """DO_SET_HOME. A place that is given stays home, even as it arms, until a reboot or a command without one."""
         if not self._state.status.position_valid:
+            return Result.TEMPORARILY_REJECTED
+        self._home_is_set = False
+        self._set_home()
+        if place is not None:
+            self._home_is_set, self._state.status.home = True, place
+        return Result.ACCEPTED
+
+    def _set_home(self) -> None:
+        if self._home_is_set or not self._state.status.position_valid:
             return
         body = self._state.body
         self._state.status.home = Home(body.north_m, body.east_m, body.up_m, body.yaw_rad, self._clock.now_s)

@@ -76,6 +76,7 @@ class ScriptedVehicle:
         self.answers: list[list[MavResult] | LinkError] = []
         self.orders: list[CommandRequest] = []
         self.order_answers: list[MavResult | WaydropError] = []
+        self.home_answers: list[MavResult | LinkError] = []
         self.on_order: Callable[[], None] = lambda: None
         self.on_board: tuple[MissionItem, ...] = ()
         self.upload_error: LinkError | None = None
@@ -91,9 +92,8 @@ class ScriptedVehicle:
         self.says_armed = True
         self.start_gate, self.hold_gate, self.return_gate = asyncio.Event(), asyncio.Event(), asyncio.Event()
         self.order_gate, self.upload_gate, self.disarm_gate = asyncio.Event(), asyncio.Event(), asyncio.Event()
-        for gate in (self.start_gate, self.hold_gate, self.return_gate):
-            gate.set()
-        for gate in (self.order_gate, self.upload_gate, self.disarm_gate):
+        mode_gates = (self.start_gate, self.hold_gate, self.return_gate)
+        for gate in (*mode_gates, self.order_gate, self.upload_gate, self.disarm_gate):
             gate.set()
 
     def put(self, *facts: LinkFact, **changes: object) -> None:
@@ -260,6 +260,13 @@ class ScriptedVehicle:
                 raise answer
             for result in answer:
                 yield CommandAck(request.command, int(result))
+            return
+        if request.command is MavCmd.DO_SET_HOME:
+            self.sent.append(f"home {request.params[0]:g}")
+            told = self.home_answers.pop(0) if self.home_answers else MavResult.ACCEPTED
+            if isinstance(told, LinkError):
+                raise told
+            yield CommandAck(request.command, int(told))
             return
         if request.command in (MavCmd.DO_REPOSITION, MavCmd.DO_ORBIT):
             self.orders.append(request)

@@ -135,6 +135,7 @@ class RunCommandName(StrEnum):
     LAND = "land"
     DO_GRIPPER = "DO_GRIPPER"
     DO_WINCH = "DO_WINCH"
+    DO_SET_HOME = "DO_SET_HOME"
 
 
 class RunCommand(Payload, kind=EventKind.RUN_COMMAND):

@@ -44,6 +44,7 @@ from app.domain.vehicle.state import FlightMode
 from app.services.background import end_tasks
 from app.services.plans import Plans
 from app.services.runs.changing import ChangeRequest, MissionChanger
+from app.services.runs.homing import HomeReturn
 from app.services.runs.monitor import FlightMonitor
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
@@ -72,6 +73,7 @@ class FlightCommandSender:
         self._plans = plans
         self._settings = settings
         self._tasks: set[asyncio.Task[None]] = set()
+        self.home_return = HomeReturn(link, recorder, monitor)
 
     def carry_out(self, commands: Sequence[FlightCommand]) -> None:
         """Begin to send, unless another gateway follows the same run: then the other one commands."""
@@ -125,7 +127,7 @@ class FlightCommandSender:
         self._recorder.record(RunCommand(command=name, failed_drop_id=command.plan_item_id))
         try:
             with self._monitor.commanding(action):
-                await (self._link.return_to_launch() if returns else self._link.hold())
+                await (self.home_return.order() if returns else self._link.hold())
             ack = RunAck(command=name, outcome=CommandOutcome.DONE)
         except WaydropError as error:
             ack = RunAck(command=name, outcome=CommandOutcome.FAILED, detail=error.detail)

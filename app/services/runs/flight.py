@@ -295,7 +295,7 @@ class RunFlight:
                 raise taken_meanwhile(now.mode)
             refuse_amid_failsafe(now)
             if returns:
-                await self._link.return_to_launch()
+                await self.sender.home_return.order()
                 return
             await self._make_current(self._monitor.flight.resumes_at)
             await self._link.start_mission()
@@ -319,7 +319,7 @@ class RunFlight:
         """Return. Raises WrongStateError, LinkError."""
         run = self._monitor.run  # PX4 chooses as Return mode begins: commanded again, it flies on to where it flew
         goes_on = run.commanded is RunAction.RETURN and self._link.state().mode is FlightMode.RETURN
-        await self.act(RunAction.RETURN, self._link.return_to_launch, run.rally if goes_on else None)
+        await self.act(RunAction.RETURN, self.sender.home_return.order, run.rally if goes_on else None)
 
     async def return_to_rally(self, chosen: RallyChoice) -> None:
         """Return to the rally point that was chosen. Raises WrongStateError, and as RallyReturn.order."""

@@ -13,11 +13,14 @@ from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.modes import HoldMode, Reposition, TakeoffMode
 from app.simulator.navigator.orbit_mode import OrbitCommand, OrbitMode
+from app.simulator.state import Home
 from app.simulator.wire import Cmd, Mode, Result, Severity, VtolState
 
 CUSTOM_MODE_ENABLED = 1
 REPOSITION_CHANGES_MODE = 1
 AUTO_MAIN = 4
+USES_CURRENT = 0.5
+"""DO_SET_HOME, param1: above, home is where the vehicle is."""
 
 
 class FlightCommands:
@@ -55,6 +58,7 @@ class FlightCommands:
             Cmd.DO_ORBIT: self._do_orbit,
             Cmd.DO_REPOSITION: self._reposition,
             Cmd.DO_CHANGE_SPEED: self._change_speed,
+            Cmd.DO_SET_HOME: self._set_home,
             Cmd.DO_SET_MISSION_CURRENT: self._set_mission_current,
             Cmd.DO_VTOL_TRANSITION: lambda request: self._transition(request.param1),
         }
@@ -133,6 +137,14 @@ class FlightCommands:
         given = math.isfinite(latitude) and math.isfinite(longitude)
         point = frame.to_local(latitude, longitude) if given else None
         return point, request.z - frame.altitude_m
+
+    def _set_home(self, request: Request) -> Result:
+        if request.param1 > USES_CURRENT:
+            return self._commander.set_home(None)
+        point, up_m = self._place(request)
+        if point is None or not math.isfinite(up_m):
+            return Result.DENIED
+        return self._commander.set_home(Home(*point, up_m, set_at_s=self._context.now_s))
 
     def _change_speed(self, request: Request) -> Result:
         self.apply_speed(request.param2)

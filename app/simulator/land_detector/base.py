@@ -134,7 +134,7 @@ class LandDetector(ABC):
         self._status.landed_state = LandedState.ON_GROUND
 
     def step(self, setpoint: Setpoint) -> None:
-        self.take(self._sensing.sample())
+        self.take(self._sensing.sample(setpoint))
         status = self._status
         status.landed_state = landed_state(status.land.landed, status.mode, setpoint.kind)
 

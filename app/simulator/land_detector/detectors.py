@@ -209,7 +209,9 @@ ROVER_LEAVES_S = 0.5
 
 
 class RoverLandDetector(LandDetector):
-    """Always in contact; landed when disarmed, in Land mode, or back home: a LAND item of a mission never completes."""
+    """Always in contact; landed when disarmed, in Land mode, or in a return at its last point: a LAND item of a mission
+    never completes. As a return begins where it stands, at a waypoint or in Hold, that is its last point for a moment.
+    """
 
     def _set_times(self, factor: int) -> None:
         self._landed.fall_s = ROVER_LEAVES_S
@@ -220,8 +222,8 @@ class RoverLandDetector(LandDetector):
     def _is_landed(self, sample: LandSample) -> bool:
         if sample.mode is Mode.LAND:
             return True
-        back_home = sample.mode is Mode.RTL and sample.home_distance_m < float(self._params["NAV_ACC_RAD"])
-        return back_home or not sample.armed
+        is_there = sample.last_point_distance_m < float(self._params["NAV_ACC_RAD"])
+        return (sample.mode is Mode.RTL and is_there) or not sample.armed
 
 
 class AirshipLandDetector(LandDetector):

@@ -11,6 +11,7 @@ from app.simulator.clock import VehicleClock
 from app.simulator.faults import VehicleFaults
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
+from app.simulator.setpoint import Setpoint
 from app.simulator.state import VehicleState
 from app.simulator.wire import Mode, VtolState
 
@@ -54,8 +55,8 @@ class LandSample:
     """Range to the ground; None while it is not valid."""
     has_range_sensor: bool
     takeoff_state: TakeoffState
-    home_distance_m: float = math.inf
-    """Over ground; infinite while home is unknown."""
+    last_point_distance_m: float = math.inf
+    """Over ground, to the setpoint that no other follows; infinite while another one does."""
 
     @property
     def climb_rate_controlled(self) -> bool:
@@ -82,12 +83,13 @@ class Sensing:
         self._faults = faults
         self._velocity: Velocity = (0.0, 0.0, 0.0)
         self._attitude: Attitude = (0.0, 0.0, 0.0)
+        self._last_point: tuple[float, float] | None = None
 
     def restart(self) -> None:
         """Power-up: the body was put back, which is no movement."""
         self._remember()
 
-    def sample(self) -> LandSample:
+    def sample(self, setpoint: Setpoint) -> LandSample:
         """One cycle's readings."""
         status, body = self._state.status, self._state.body
         forward, right, up = self._acceleration()
@@ -111,7 +113,7 @@ class Sensing:
             dist_bottom_m=self._range(),
             has_range_sensor=self._has_range_sensor,
             takeoff_state=self._takeoff_state(),
-            home_distance_m=self._home_distance(),
+            last_point_distance_m=self._last_point_distance(setpoint),
         )
 
     def _remember(self) -> None:
@@ -147,9 +149,11 @@ class Sensing:
         seen = self._has_range_sensor and not self._faults.range_lost and up_m <= RANGE_MAX_M
         return up_m if seen else None
 
-    def _home_distance(self) -> float:
-        home, body = self._state.status.home, self._state.body
-        return math.hypot(body.north_m - home.north_m, body.east_m - home.east_m) if home else math.inf
+    def _last_point_distance(self, setpoint: Setpoint) -> float:
+        """To the setpoint of the cycle before: PX4's navigator answers a new mode after the land detector saw it."""
+        body, point = self._state.body, self._last_point
+        self._last_point = setpoint.point if setpoint.next is None else None
+        return math.inf if point is None else math.dist((body.north_m, body.east_m), point)
 
     def _hover_throttle(self) -> float | None:
         """The estimator knows the true value as soon as it flies; it stops with the landing."""

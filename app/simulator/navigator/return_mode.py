@@ -200,8 +200,11 @@ class DirectReturn:
         return float(self._context.params["NAV_FW_ALTL_RAD" if lands_next else "NAV_FW_ALT_RAD"])
 
     def _finish_when_landed(self) -> None:
-        """PX4's return ends in an idle item, which is said like a command [06_quad_delivery_default]."""
-        context, landed = self._context, self._context.state.status.landed
+        """PX4's return ends in an idle item, which is said like a command [06_quad_delivery_default]. Where it
+        begins, a rover has landed for a moment.
+        """
+        context = self._context
+        landed = context.state.status.landed and (self._is_there() or not context.airframe.is_rover)
         if landed and not self._finished:
             acceptance_m, loiter_m = (float(context.params[name]) for name in ("NAV_ACC_RAD", "NAV_LOITER_RAD"))
             amsl_m = context.frame.altitude_m + self._ground_m

@@ -213,10 +213,13 @@ def test_the_end_is_said_once_for_each_landing() -> None:
 
 
 def test_a_second_return_is_said_to_end_too() -> None:
+    """Not where it begins: a rover says for a moment that it has landed there."""
     rover = Returning("rover", NAV_ACC_RAD=10.0)
     rover.air.land()
     for flight in (1, 2):
-        rover.air.run(rover.way.step, 1.0)
+        rover.at(11.0, 0.0, steps=50)
+        assert idles(rover.air) == flight - 1
+        rover.at(9.0, 0.0, steps=50)
         assert idles(rover.air) == flight
         rover.way.start(GOAL)
 

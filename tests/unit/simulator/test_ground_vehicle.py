@@ -21,6 +21,31 @@ def test_a_rover_is_disarmed_while_it_drives_and_after_its_mission(seconds: floa
     assert rover.texts()[-1] == "Disarmed by external command"
 
 
+@pytest.mark.parametrize("is_set", [False, True])
+def test_home_moves_to_where_a_rovers_return_begins_unless_it_was_given(is_set: bool) -> None:
+    """This return goes to the home of before all the same."""
+    rover = GroundStation("rover")
+    rover.start([waypoint(30.0, 0.0, 0.0)])
+    rover.until(lambda: rover.vehicle.mission.result.finished)
+    rover.fly(3.0)
+    if is_set:
+        there = rover.vehicle.spec.frame.to_global(1.0, 0.0)
+        assert rover.command(Cmd.DO_SET_HOME, 0, 0, 0, 0, *there, rover.vehicle.spec.frame.altitude_m) == [
+            Result.ACCEPTED
+        ]
+    rover.command(Cmd.NAV_RETURN_TO_LAUNCH)
+    rover.fly(2.0)
+    home = rover.vehicle.state.status.home
+    assert home is not None
+    assert home.north_m == pytest.approx(1.0 if is_set else 25.0, abs=0.1 if is_set else 6.0)
+    rover.until(lambda: not rover.armed)
+    assert rover.vehicle.state.body.north_m < 12.0
+    assert rover.command(Cmd.DO_SET_HOME, 1) == [Result.ACCEPTED]
+    home = rover.vehicle.state.status.home
+    assert home is not None
+    assert home.north_m == pytest.approx(rover.vehicle.state.body.north_m)
+
+
 def test_a_quad_is_not_and_its_event_says_why() -> None:
     quad = GroundStation()
     quad.start([takeoff(10.0), waypoint(30.0, 0.0, 10.0)])

@@ -141,7 +141,7 @@ def test_an_armed_rover_leaves_the_ground_after_half_a_second_and_always_has_con
 
 
 @pytest.mark.parametrize(
-    ("mode", "home_distance_m", "landed"),
+    ("mode", "last_point_m", "landed"),
     [
         (Mode.LAND, 20.0, True),
         (Mode.RTL, 9.9, True),
@@ -151,12 +151,12 @@ def test_an_armed_rover_leaves_the_ground_after_half_a_second_and_always_has_con
     ],
 )
 def test_an_armed_rover_lands_in_land_mode_and_back_home_in_a_return_only(
-    mode: Mode, home_distance_m: float, landed: bool
+    mode: Mode, last_point_m: float, landed: bool
 ) -> None:
-    """Scenario 21: within NAV_ACC_RAD of home, though its setpoint is a landing from the start."""
+    """Scenario 21: within NAV_ACC_RAD, though its setpoint is a landing from the start."""
     harness = LandDetectorHarness("rover")
     harness.feed(FLYING, 1.0)
-    sample = replace(STANDING, mode=mode, home_distance_m=home_distance_m)
+    sample = replace(STANDING, mode=mode, last_point_distance_m=last_point_m)
     assert harness.feed(sample, 3.0).landed is landed
 
 

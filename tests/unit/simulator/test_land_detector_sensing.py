@@ -8,6 +8,7 @@ from app.simulator.airframe import AIRFRAMES
 from app.simulator.faults import VehicleFaults
 from app.simulator.land_detector.sensing import LandSample, Sensing
 from app.simulator.params import Params
+from app.simulator.setpoint import Setpoint
 from app.simulator.state import Body, VehicleState
 
 
@@ -15,7 +16,7 @@ def reading(airframe: str, body: Body, params: dict[str, float] | None = None, *
     state, wrong = VehicleState(body=body), VehicleFaults()
     for name, value in faults.items():
         setattr(wrong, name, value)
-    return Sensing(state, AIRFRAMES[airframe], Params(params or {}), wrong).sample()
+    return Sensing(state, AIRFRAMES[airframe], Params(params or {}), wrong).sample(Setpoint())
 
 
 @pytest.mark.parametrize(

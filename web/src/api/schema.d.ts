@@ -6004,7 +6004,7 @@ export interface components {
          * @description A command of a run. A release has the name of its MAV_CMD.
          * @enum {string}
          */
-        RunCommandName: "arm" | "disarm" | "start_mission" | "set_current" | "change_mission" | "hold" | "pause" | "resume" | "return" | "land" | "DO_GRIPPER" | "DO_WINCH";
+        RunCommandName: "arm" | "disarm" | "start_mission" | "set_current" | "change_mission" | "hold" | "pause" | "resume" | "return" | "land" | "DO_GRIPPER" | "DO_WINCH" | "DO_SET_HOME";
         /**
          * RunContinued
          * @description The finished run; `continued_by` flies its remaining items. Stored in one transaction with that run.
