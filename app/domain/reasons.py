@@ -69,6 +69,11 @@ class ReasonCode(StrEnum):
         "run.mission_unread",
         "after a restart the mission on board cannot be read; Waydrop does not follow the run yet ({cause})",
     )
+    ABORTED_UNREAD = (
+        "run.aborted_unread",
+        "aborted while the mission on board could not be read after a restart; if armed, the vehicle was commanded to "
+        "return",
+    )
     DISARMED_BEFORE_TAKEOFF = "run.disarmed_before_takeoff", "the vehicle disarmed before takeoff"
     NOT_TAKEN_OFF = "run.not_taken_off", "the vehicle did not take off"
     REBOOTED = "run.rebooted", "the vehicle rebooted in flight"

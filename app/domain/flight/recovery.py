@@ -8,7 +8,11 @@ from dataclasses import dataclass, replace
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord
 from app.domain.drop.supervised_inputs import GRIPPER_OPEN_US
 from app.domain.events.run import RunMissionChanged
+from app.domain.flight.flight import Flight
+from app.domain.flight.inputs import Observation, Observed, Recovered
+from app.domain.flight.phase import is_landing_unsure, stands_disarmed
 from app.domain.flight.segment import fields_after_change
+from app.domain.flight.step import UNFINISHED_DROPS_S, step
 from app.domain.flight.supervised_release import withdrawn
 from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem, mission_hash
 from app.domain.plan import Plan
@@ -17,7 +21,7 @@ from app.domain.prediction import CALM, predict
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.remaining_mission import rest_of
 from app.domain.run.run import NOT_STARTED, PlanChange, Run, RunState
-from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState
+from app.domain.vehicle.state import LandedState, MissionState, VehicleProfile, VehicleState
 
 RECORDED_VISITS = 500
 """Of a prediction: nested jumps can make more, and every one of them is stored."""
@@ -109,6 +113,22 @@ def _unread_cause(run: Run) -> Reason | None:
     return run.reason.cause if run.reason is not None and run.reason.code is ReasonCode.MISSION_UNREAD else None
 
 
+def ended_unread(flight: Flight, observed: Observation) -> Run | None:
+    """The run of a vehicle that has landed and disarmed, while its mission could not be read; None if that is not sure.
+
+    `flight` is one of the mission as it was compiled. It is judged as any other that nobody saw, by where the vehicle
+    stands. What it reports of its mission does not count: it may be another one.
+    """
+    if not stands_disarmed(observed.state) or is_landing_unsure(observed.state):
+        return None
+    state = replace(observed.state, mission_seq=None, mission_id=None, mission_state=MissionState.UNKNOWN)
+    observed = replace(observed, state=state)
+    flight, _ = step(flight, Recovered(observed, in_flight=True, flown=flight.run.flown_item_ids))
+    for later_s in (0.0, UNFINISHED_DROPS_S, 2.0 * UNFINISHED_DROPS_S):  # for its last reports nobody waits
+        flight, _ = step(flight, Observed(replace(observed, now_s=observed.now_s + later_s)))
+    return flight.run if flight.run.is_over else None
+
+
 # Which mission of a run a vehicle carries that was found again: the newest, or a change that was on its way to it.
 
 
@@ -163,9 +183,7 @@ def carried_mission(
         found = _changed_mission(run, run.changing, changed, facts, carried)
         if found is not None:
             return found
-    if run.change is None and run.compiled_home is not None:  # home has moved since, by its takeoff at the least
-        facts = replace(facts, home=run.compiled_home)
-    mission = carried.held(compile_part(plan, run.change, facts), run.mission_id, run.mission_hash)
+    mission = carried.held(compile_uploaded(run, plan, facts), run.mission_id, run.mission_hash)
     return None if mission is None else OnboardMission(run, plan, mission)
 
 
@@ -183,6 +201,13 @@ def _changed_mission(
     rest = rest_of(plan, change.continue_at, change.omitted)
     timeline = predict(rest.plan, replace(facts, in_flight=change.began), run.wind or CALM).first(RECORDED_VISITS)
     return OnboardMission(run, plan, held, RunMissionChanged(change=change, timeline=timeline))
+
+
+def compile_uploaded(run: Run, plan: Plan, facts: VehicleProfile) -> Mission:
+    """The run's mission as it was uploaded, as far as is known: home has moved since, by its takeoff at the least."""
+    if run.change is None and run.compiled_home is not None:
+        facts = replace(facts, home=run.compiled_home)
+    return compile_part(plan, run.change, facts)
 
 
 def compile_part(plan: Plan, change: PlanChange | None, facts: VehicleProfile) -> Mission:

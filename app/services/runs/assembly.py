@@ -57,6 +57,15 @@ class AssembledFlight:
     monitor: FlightMonitor
 
 
+def begun_flight(
+    run: Run, plan: Plan, mission: Mission, then: VehicleProfile, settings: RunSettings, now_s: float
+) -> Flight:
+    """The flight before its first input. `then`: what the mission was compiled for."""
+    speeds = approach_speeds_m_s(plan, then)
+    segment = segment_of(run, plan, mission, settings.default_max_offset_m, speeds)
+    return Flight.of(run, segment, now_s, settings.lost_after_s, settings.default_max_offset_m)
+
+
 def assemble(
     run: Run,
     plan: Plan,
@@ -71,9 +80,7 @@ def assemble(
     may_command = partial(parts.may_command, run.id)
     link = GatedLink.of(link, may_command)
     recorder = RunRecorder(run, parts.journal, clock)
-    speeds = approach_speeds_m_s(plan, then)
-    segment = segment_of(run, plan, mission, settings.default_max_offset_m, speeds)
-    begun = Flight.of(run, segment, clock.monotonic(), settings.lost_after_s, settings.default_max_offset_m)
+    begun = begun_flight(run, plan, mission, then, settings, clock.monotonic())
     monitor = FlightMonitor(link, begun, recorder, clock, parts.targets, FlightInputLog(parts.log, begun, in_thread))
 
     async def check() -> None:

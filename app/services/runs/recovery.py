@@ -12,12 +12,14 @@ import structlog
 
 from app.domain.errors import LinkError, NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events.run import RunChanged, RunCommand, RunCommandName
-from app.domain.flight.inputs import Recovered
+from app.domain.flight.inputs import Observation, Recovered
 from app.domain.flight.recovery import (
     CarriedItems,
     OnboardMission,
     as_before_unread,
     carried_mission,
+    compile_uploaded,
+    ended_unread,
     ended_unseen,
     taken_over,
     unread,
@@ -26,11 +28,11 @@ from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode
+from app.domain.run.run import IN_FLIGHT, Run, RunState
 from app.domain.run.run import NOT_STARTED as UNSTARTED
-from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleState
 from app.services.fleet import Fleet
-from app.services.runs.assembly import AssembledFlight, FlightParts, assemble
+from app.services.runs.assembly import AssembledFlight, FlightParts, assemble, begun_flight
 from app.services.runs.recorder import RunRecorder
 
 log = structlog.get_logger(__name__)
@@ -38,6 +40,8 @@ NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 POLL_S = 0.25
 AGAIN_S = 1.0
 EVENTS_AT_ONCE = 500
+UNREAD_TRIES = 4
+"""Of reading the mission, before a run is judged without it."""
 MOST_AGAIN_S = 10.0
 """A vehicle that does not answer is asked again after AGAIN_S, then after twice as long each time, up to this."""
 ITEM_KNOWN_S = 3.0
@@ -45,12 +49,13 @@ ITEM_KNOWN_S = 3.0
 _ENDS: Final[Mapping[ReasonCode, RunState]] = {
     ReasonCode.NOT_SEEN_AFTER_RESTART: RunState.LOST,
     ReasonCode.ABORTED_ON_GROUND: RunState.ABORTED,
+    ReasonCode.ABORTED_UNREAD: RunState.ABORTED,
 }
 
 
 class RunRecovery:
     """Never starts anything: it observes what the vehicle does, and lets the run follow. `is_withdrawn`: whether a run
-    that was not started is to end without its vehicle.
+    that is not followed is to end: one that was not started, or whose mission is not read.
     """
 
     def __init__(self, fleet: Fleet, parts: FlightParts, is_withdrawn: Callable[[str], bool]) -> None:
@@ -63,11 +68,14 @@ class RunRecovery:
         disk that fails or a quarantine, is waited for: the vehicle may fly. `show` is given the run that tells, once,
         why it is not followed yet.
         """
-        before, again_s = as_before_unread(run), AGAIN_S
+        before, again_s, tries = as_before_unread(run), AGAIN_S, 0
         recorder = RunRecorder(before, self._parts.journal, self._parts.clock)
         while True:
             try:
                 made = await self._find(before)
+                if made is not None and before.state not in UNSTARTED and self._is_withdrawn(run.id):
+                    await self._give_up(before, ReasonCode.ABORTED_UNREAD)
+                    return None
                 if made is not None and (recorder.run is not before or before is not run):
                     made.recorder.record(RunChanged(made.recorder.run))
                     await made.recorder.flush_within(self._parts.settings.stored_within_s)
@@ -80,7 +88,10 @@ class RunRecovery:
                 await recorder.flush_within(self._parts.settings.stored_within_s)
                 if recorder.stored is not before:
                     show(recorder.stored)
-                await asyncio.sleep(again_s)
+                tries += isinstance(error, LinkError)
+                if tries >= UNREAD_TRIES and isinstance(error, LinkError) and await self._has_ended(before):
+                    return None
+                await self._sleep(run.id, again_s)
                 again_s = AGAIN_S if isinstance(error, StorageError) else min(2.0 * again_s, MOST_AGAIN_S)
 
     async def _find(self, run: Run) -> AssembledFlight | None:
@@ -90,8 +101,9 @@ class RunRecovery:
             return None
         plan = await self._plan(run.plan_id)
         link = None if run.state in NOT_STARTED else await self._vehicle(run)
-        if run.state in UNSTARTED and self._is_withdrawn(run.id):
-            await self._give_up(run, ReasonCode.ABORTED_ON_GROUND)
+        if self._is_withdrawn(run.id):
+            is_unstarted = run.state in UNSTARTED
+            await self._give_up(run, ReasonCode.ABORTED_ON_GROUND if is_unstarted else ReasonCode.ABORTED_UNREAD)
             return None
         if plan is None or link is None:
             await self._give_up(run)
@@ -121,6 +133,31 @@ class RunRecovery:
         )
         made.monitor.feed(recovered)
         return made
+
+    async def _has_ended(self, run: Run) -> bool:
+        """Whether its vehicle has landed and disarmed, by which it is judged then though its mission was never read."""
+        plan, clock = await self._plan(run.plan_id), self._parts.clock
+        try:
+            link, then = self._fleet.link(run.vehicle_id), await self._fleet.facts(run.vehicle_id)
+        except (NotFoundError, VehicleQuarantinedError, LinkError):
+            return False
+        if plan is None or run.state not in IN_FLIGHT | {RunState.LANDED}:
+            return False
+        mission = compile_uploaded(run, plan, then)
+        flight = begun_flight(run, plan, mission, then, self._parts.settings, clock.monotonic())
+        ended = ended_unread(flight, Observation(link.state(), clock.monotonic(), clock.now()))
+        if ended is not None:
+            await self._end(run, ended)
+        return ended is not None
+
+    async def _sleep(self, run_id: str, seconds: float) -> None:
+        """Or until it is withdrawn."""
+        until_s = self._parts.clock.monotonic() + seconds
+        while True:
+            left_s = until_s - self._parts.clock.monotonic()
+            if left_s <= 0.0 or self._is_withdrawn(run_id):
+                return
+            await asyncio.sleep(min(left_s, POLL_S))
 
     async def _may_have_flown(self, run: Run) -> bool:
         """Whether the start that was interrupted had commanded the mission, as far as this journal can tell: that is
@@ -221,8 +258,10 @@ class RunRecovery:
         if run.state in NOT_STARTED and code is ReasonCode.NOT_SEEN_AFTER_RESTART:
             code = ReasonCode.RESTART_BEFORE_UPLOAD_ENDED
         state = _ENDS.get(code, RunState.FAILED)
+        await self._end(run, ended_unseen(run, state, Reason.of(code), self._parts.clock.now()))
+
+    async def _end(self, run: Run, ended: Run) -> None:
         recorder = RunRecorder(run, self._parts.journal, self._parts.clock)
-        ended = ended_unseen(run, state, Reason.of(code), self._parts.clock.now())
         recorder.update(ended, [RunChanged(ended)])
         await recorder.flush()
 

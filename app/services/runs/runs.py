@@ -38,6 +38,7 @@ from app.services.runs.recorder import new_run, new_run_id
 from app.services.runs.recovery import RunRecovery
 from app.services.runs.settings import RunSettings
 from app.services.targets import Targets
+from app.services.vehicle_commands import VehicleCommands
 
 log = structlog.get_logger(__name__)
 
@@ -212,15 +213,26 @@ class Runs:
 
     async def abort(self, run_id: str) -> Run:
         """Before take-off: cancel, also if its vehicle has not connected since the service started. In flight: return.
+        One whose mission cannot be read after a restart ends with it.
 
-        Raises NotFoundError, WrongStateError, LinkError.
+        Raises NotFoundError, WrongStateError, ConflictError, LinkError.
         """
+        if run_id not in self._flights and (unread := self._waiting.get(run_id)) is not None and why_unread(unread):
+            await self._abort_unread(unread)
+            return self._waiting.get(run_id) or await self.get(run_id)
         if run_id not in self._flights and run_id in self._waiting and self._waiting[run_id].state in NOT_STARTED:
             self.withdraw(run_id)
             return self._waiting[run_id]
         flight = await self._flight(run_id, "return")
         await flight.abort()
         return flight.run
+
+    async def _abort_unread(self, run: Run) -> None:
+        """Its vehicle comes back, if it is not on the ground."""
+        if run.state not in NOT_STARTED and self._fleet.vehicle(run.vehicle_id).link.state().armed is not False:
+            commands = VehicleCommands(self._fleet, self._parts.journal)
+            await commands.return_to_launch(run.vehicle_id, f"abort of run {run.id}")
+        self._withdrawn.add(run.id)
 
     def withdraw(self, run_id: str) -> None:
         """End an open run whose vehicle was not told to arm: from now on nothing arms it. Idempotent.

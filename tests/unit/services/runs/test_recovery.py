@@ -16,9 +16,9 @@ from app.domain.events.run import RunChanged
 from app.domain.mission import MissionItem, MissionType
 from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import Reason, ReasonCode, describe
-from app.domain.run.run import Run, RunState
+from app.domain.run.run import Run, RunAction, RunState
 from app.domain.vehicle.facts import DuplicateSystem
-from app.domain.vehicle.state import GlobalPosition, LandedState
+from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
 from tests.support.changed_flight import clinic_moved, fly, store
 from tests.support.run_service import RunService, restarted, run_service
 
@@ -205,6 +205,67 @@ async def test_while_the_mission_cannot_be_read_the_run_says_so_once_and_is_foll
         await service.until(is_followed(service), "its mission was read")
         await service.until(lambda: not is_unread(service.run), "it is followed")
         assert service.run.reason == before.reason
+
+
+@pytest.mark.parametrize(
+    ("north_deg", "commanded", "state", "code"),
+    [
+        (0.0, RunAction.RETURN, RunState.ABORTED, ReasonCode.ASKED_BEFORE_DONE),
+        (0.002, RunAction.RETURN, RunState.ABORTED, ReasonCode.LANDED_ELSEWHERE),
+        (0.0, None, RunState.FAILED, ReasonCode.ENDED_EARLY_BECAUSE),
+        (0.002, None, RunState.FAILED, ReasonCode.LANDED_ELSEWHERE),
+    ],
+)
+async def test_a_run_that_is_never_read_ends_as_its_vehicle_has_landed_by_where_it_stands(
+    monkeypatch: pytest.MonkeyPatch, north_deg: float, commanded: RunAction | None, state: RunState, code: ReasonCode
+) -> None:
+    """What it names as its mission by then may be another one."""
+    async with run_service() as service:
+        listed = await flying(service, monkeypatch)
+        service.vehicle.put(home=GlobalPosition(47.397742, 8.545594, 488.0))
+        await service.until(lambda: service.newest.home is not None, "home of its takeoff is known")
+        if commanded is not None:
+            await service.runs.return_to_launch(service.run_id)
+        await restarted(service, meanwhile=lambda: service.vehicle.put(mission_id=5))
+        await unread(service)
+        service.vehicle.put(latitude_deg=47.397742 + north_deg, mode=FlightMode.HOLD)
+        service.vehicle.touch_down(complete=False, last_seq=0)
+        await service.until_state(state)
+        assert service.run.reason is not None
+        assert service.run.reason.code is code
+        assert (service.drop.outcome, service.vehicle.releases) == (DropOutcome.KEPT, [])
+        assert len(listed.asked_s) >= 4, "it was asked until then"
+        await service.until(lambda: not service.runs.open_runs(), "it is over")
+
+
+@pytest.mark.parametrize("armed", [True, False])
+async def test_a_run_that_is_not_read_can_be_aborted(monkeypatch: pytest.MonkeyPatch, armed: bool) -> None:
+    monkeypatch.setattr("app.services.runs.recovery.AGAIN_S", 30.0)
+    async with run_service() as service:
+        await flying(service, monkeypatch)
+        await restarted(service, meanwhile=lambda: service.vehicle.put(mission_id=None, armed=armed))
+        await unread(service)
+        service.vehicle.sent.clear()
+        await service.runs.abort(service.run_id)
+        await service.until_state(RunState.ABORTED)
+        assert service.run.reason == Reason.of(ReasonCode.ABORTED_UNREAD)
+        assert service.vehicle.sent == (["return"] if armed else [])
+        await service.until(lambda: not service.runs.open_runs(), "it is over")
+
+
+async def test_a_run_whose_vehicle_cannot_be_told_to_return_is_not_aborted(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with run_service() as service:
+        await flying(service, monkeypatch)
+        await restarted(service, meanwhile=lambda: service.vehicle.put(mission_id=None))
+        await unread(service)
+
+        async def unheard() -> None:
+            raise LinkTimeoutError("no ack")
+
+        monkeypatch.setattr(service.vehicle, "return_to_launch", unheard)
+        with pytest.raises(LinkTimeoutError):
+            await service.runs.abort(service.run_id)
+        assert is_unread(service.run)
 
 
 async def test_a_reason_of_before_outlasts_a_second_restart(monkeypatch: pytest.MonkeyPatch) -> None:
