@@ -94,23 +94,28 @@ async def hold_here(link: VehicleLink) -> None:
             await circle_here(link, lambda request: _accepted(link, request))
 
 
-async def land_here(link: VehicleLink) -> None:
+async def land_here(link: VehicleLink, makes_way: Callable[[], bool] = lambda: False) -> None:
     """Enter Land mode, confirmed. A rover that drives stops in Hold first: in Land mode it keeps its speed until it is
     disarmed two seconds later, and rolls on unbraked (flown). A failsafe's hold is no reason to refuse: see
-    refuse_amid_failsafe.
+    refuse_amid_failsafe. `makes_way`: whether another command waits; it is not landed then, unless it stands.
 
     Raises:
-        ConflictError: the rover was not seen to stop, or left Hold; Land was not sent. LinkError.
+        ConflictError: the rover was not seen to stop, or left Hold, or made way; Land was not sent. LinkError.
     """
     if link.identity.vehicle_type is VehicleType.ROVER and not _stands(link.state()):
         await link.hold()
-        await _until_it_stands(link)
+        await _until_it_stands(link, makes_way)
     await link.land()
 
 
-async def _until_it_stands(link: VehicleLink) -> None:
+async def _until_it_stands(link: VehicleLink, makes_way: Callable[[], bool]) -> None:
     until_s = time.monotonic() + STOPS_WITHIN_S
     while not _stands(now := link.state()):
+        if makes_way():
+            raise ConflictError(
+                "not landed: another command came while the rover stopped",
+                hint="it was commanded to hold before; see the run for what it does now",
+            )
         if now.mode is not FlightMode.HOLD:
             raise taken_meanwhile(now.mode)
         if time.monotonic() > until_s:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Final
 
 import structlog
@@ -77,6 +77,7 @@ class RunFlight:
         self._start_task: asyncio.Task[None] | None = None
         self._held_back: Reason | None = None
         self._acting = asyncio.Lock()
+        self._waiting = 0
         if recorder.run.start_requested and recorder.run.state is RunState.CREATED:
             self._start_asked.set()  # after a restart of Waydrop nothing starts automatically
 
@@ -135,7 +136,7 @@ class RunFlight:
         not, or takes off, so PX4 refused it. Raises LinkError.
         """
         self.changer.break_off()
-        async with self._acting:
+        async with self._turn():
             if self._monitor.run.state not in IN_FLIGHT or not self._stands_at_start:
                 return False
             self._recorder.record(RunCommand(command=RunCommandName.DISARM))
@@ -201,7 +202,7 @@ class RunFlight:
         Raises WrongStateError, LinkError.
         """
         self.changer.break_off()
-        async with self._acting:
+        async with self._turn(action):
             self._require_in_flight(action)
             self.changer.break_off()  # one may have begun while an earlier command was pending
             if action in (RunAction.RETURN, RunAction.LAND) and await self._has_landed():
@@ -210,6 +211,20 @@ class RunFlight:
                 self._require_in_flight(action)  # its messages may have been waited for
                 await self._act(action, command, rally)
         await self._recorder.flush()  # the next command does not wait for this one's record
+
+    @contextlib.asynccontextmanager
+    async def _turn(self, action: RunAction | None = None) -> AsyncIterator[None]:
+        """One command at a time. While one waits, a rover does not go on stopping for its landing, for up to 10 s."""
+        makes_it_give_way = action is not RunAction.LAND
+        self._waiting += makes_it_give_way
+        try:
+            await self._acting.acquire()
+        finally:
+            self._waiting -= makes_it_give_way
+        try:
+            yield
+        finally:
+            self._acting.release()
 
     async def _act(
         self, action: RunAction, command: Callable[[], Awaitable[None]], rally: RallyDestination | None
@@ -332,8 +347,11 @@ class RunFlight:
         return await self._rally_return.choose()
 
     async def land(self) -> None:
-        """Land here and now; a rover stops first. Raises WrongStateError, ConflictError, LinkError."""
-        await self.act(RunAction.LAND, lambda: land_here(self._link))
+        """Land here and now; a rover stops first, unless another command comes meanwhile.
+
+        Raises WrongStateError, ConflictError, LinkError.
+        """
+        await self.act(RunAction.LAND, lambda: land_here(self._link, lambda: self._waiting > 0))
 
     def _wrong(self, action: str) -> WrongStateError:
         state = self._monitor.run.state

@@ -54,3 +54,29 @@ async def test_a_rover_that_does_not_stop_is_paused_by_waydrop_and_can_go_on(
     assert driving.vehicle.sent[-1] == "hold"
     await driving.runs.resume(driving.run_id)
     await driving.until_state(RunState.FLYING)
+
+
+@pytest.mark.parametrize(("command", "sent"), [("pause", "hold"), ("return_to_launch", "return"), ("abort", "return")])
+async def test_another_command_does_not_wait_until_a_rover_has_stopped(
+    driving: RunService, command: str, sent: str
+) -> None:
+    """Up to ten seconds. The landing is answered, too."""
+    landing = asyncio.create_task(driving.runs.land(driving.run_id))
+    await driving.until(lambda: driving.vehicle.truth.mode is FlightMode.HOLD, "it must stop")
+    driving.vehicle.sent.clear()
+    async with asyncio.timeout(5.0):
+        await getattr(driving.runs, command)(driving.run_id)
+    assert driving.vehicle.sent == [sent]
+    with pytest.raises(ConflictError, match="another command"):
+        await landing
+    driving.vehicle.put(velocity_north_m_s=0.0)
+    await driving.until_state(RunState.PAUSED if command == "pause" else RunState.RETURNING)
+    assert "land" not in driving.vehicle.sent
+
+
+async def test_a_second_landing_does_not_break_the_first_one_off(driving: RunService) -> None:
+    first, second = (asyncio.create_task(driving.runs.land(driving.run_id)) for _ in range(2))
+    await driving.until(lambda: driving.vehicle.truth.mode is FlightMode.HOLD, "it must stop")
+    driving.vehicle.put(velocity_north_m_s=0.0)
+    await asyncio.gather(first, second)
+    assert driving.vehicle.sent[-3:] == ["hold", "land", "land"]
