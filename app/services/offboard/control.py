@@ -226,8 +226,9 @@ class OffboardControl:
 
     async def preflight(self, *, sticks_held: bool) -> PreflightReport:
         """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
-        run = await self._run()
-        return await preflight_report(self.vehicle.id, self.link, self._initial_context(), run, sticks_held=sticks_held)
+        given = self._flow.has_setpoint(self._clock.monotonic(), self.setpoint_source)
+        about = (self.vehicle.id, self.link, self._initial_context(), await self._run())
+        return await preflight_report(*about, sticks_held=sticks_held, has_setpoint=given)
 
     async def enter(
         self, lease_id: str, *, sticks_held: bool, control_method: ControlMethodName | None = None
@@ -283,11 +284,10 @@ class OffboardControl:
 
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         self._fleet.require_new_work()  # another gateway may have the site since the lease was acquired
-        context = self._initial_context()
         await self._ready_run()
         self._progress(_S.CHECKING, ReasonCode.OFFBOARD_CHECKING)
         entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
-        self.set_context(await with_fence(context, self.link, entries, self._in_thread))
+        self.set_context(await with_fence(self._initial_context(), self.link, entries, self._in_thread))
         self._flow.clear()  # it was not measured against this fence
         return entries
 

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
+from typing import Final
 
 from app.domain.airspace.geofence import FenceArea, onboard_fence
 from app.domain.autopilot import Behaviour, Quantity, autopilot, behaviour_of
@@ -17,6 +18,7 @@ from app.domain.offboard.control_method import ControlMethod, control_method_if_
 from app.domain.offboard.encode import Follower
 from app.domain.offboard.limits import VehiclePose
 from app.domain.offboard.messages import Vector
+from app.domain.offboard.step import can_stop
 from app.domain.offboard.tasks.commanded import Wing
 from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleIdentity, VehicleLink
@@ -116,9 +118,16 @@ class PreflightReport:
 
 
 async def preflight_report(
-    vehicle_id: str, link: VehicleLink, context: ControlContext, run: Run | None, *, sticks_held: bool
+    vehicle_id: str,
+    link: VehicleLink,
+    context: ControlContext,
+    run: Run | None,
+    *,
+    sticks_held: bool,
+    has_setpoint: bool,
 ) -> PreflightReport:
-    """The same checks as an entry makes, and nothing commanded. No parameter is read over a lost link.
+    """The same checks as an entry makes, and nothing commanded. No parameter is read over a lost link. `has_setpoint`:
+    the client, or a task, gives one now.
 
     Raises:
         LinkError: the parameters cannot be read.
@@ -126,6 +135,9 @@ async def preflight_report(
     state = link.state()
     reason, hint = _why_not(vehicle_id, state, context.kind(state), run)
     control_method = context.control_method(state)
+    is_streamed = has_setpoint or can_stop(context.kind(state))  # else a velocity of zero begins the stream
+    if not reason and control_method is ControlMethod.SETPOINTS and not is_streamed:
+        reason, hint = _NOTHING_TO_STREAM
     entries = (
         await _audited(link, control_method or ControlMethod.SETPOINTS, sticks_held=sticks_held)
         if state.connected
@@ -133,6 +145,13 @@ async def preflight_report(
     )
     in_the_way = None if run is None or run.state is RunState.PAUSED else run.id
     return PreflightReport(reason, hint, entries, control_method, in_the_way)
+
+
+_NOTHING_TO_STREAM: Final = (
+    "there is nothing to stream: a vehicle in fixed-wing flight cannot stop in the air, and its entry begins with a "
+    "setpoint or a task",
+    "send setpoints that it follows, or queue a task, and enter then",
+)
 
 
 def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> None:

@@ -190,6 +190,11 @@ class SetpointFlow:
             ReasonCode.OFFBOARD_ALL_REJECTED, silent_s=silent_s, refusal=rejected.refusal, detail=rejected.detail
         )
 
+    def has_setpoint(self, now_s: float, source: SetpointSource | None) -> bool:
+        """Whether the client gives one, or a task will: other than a velocity of zero."""
+        tasks = None if source is None else source.report()
+        return self._is_fresh(now_s) or (tasks is not None and tasks.current_id is not None)
+
     def _is_fresh(self, now_s: float) -> bool:
         return self._slot is not None and now_s - self._slot.at_s <= self._settings.dead_man.max_age_s
 

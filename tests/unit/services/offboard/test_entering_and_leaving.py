@@ -24,6 +24,7 @@ from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode, GlobalPosition, VehicleType, VtolState
 from tests.support.controlled_vehicle import SETTINGS, controlled_vehicle, paused_run
 from tests.support.fences import MIDDLE, square
+from tests.support.queued_tasks import queue
 
 
 async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_before_the_mode() -> None:
@@ -196,6 +197,22 @@ async def test_a_wing_without_a_setpoint_does_not_enter() -> None:
         with pytest.raises(LeaseLostError):
             await plane.enter()
         assert (plane.sent, plane.control.state) == ([], OffboardState.IDLE)
+
+
+@pytest.mark.parametrize("vtol_state", [VtolState.FIXED_WING, VtolState.MULTICOPTER])
+async def test_the_entry_check_of_a_wing_asks_for_a_setpoint_or_a_task(vtol_state: VtolState) -> None:
+    """What hovers is told to stand until the client speaks."""
+    hovers = vtol_state is VtolState.MULTICOPTER
+    async with controlled_vehicle(VehicleType.VTOL, vtol_state=vtol_state) as vtol:
+        before = await vtol.control.preflight(sticks_held=False)
+        assert (before.ready, "nothing to stream" in before.reason) == (hovers, not hovers)
+        vtol.take()
+        vtol.put("position_velocity_ned")
+        assert (await vtol.control.preflight(sticks_held=False)).ready
+        vtol.clock.time_s += 5.0
+        assert (await vtol.control.preflight(sticks_held=False)).ready is hovers
+        queue(vtol, "circle", radius_m=-60.0)
+        assert (await vtol.control.preflight(sticks_held=False)).ready
 
 
 async def test_entering_twice_is_refused() -> None:
