@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -11,7 +11,15 @@ from app.domain.drop.record import DropPhase, DropRecord
 from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, consent_event
 from app.domain.flight.following import TargetTracker
-from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
+from app.domain.flight.inputs import (
+    SETTLED_S,
+    FlightCommand,
+    FlightEffect,
+    Observation,
+    PendingChange,
+    RecordEvent,
+    Recovered,
+)
 from app.domain.flight.landing import RETURNS, HeightTracker, Touchdown, is_near
 from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import STOPPED_M_S, is_airborne, is_offboard_reason
@@ -59,22 +67,38 @@ LONGEST_GAP_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ItemClock:
-    """`observed_s` is our time of the last observation, `now_s` the vehicle's."""
+    """`observed_s` is our time of the last observation, `now_s` the vehicle's. What is first seen until `unseen_to_s`
+    may have ended before. `left_hold` are the seqs of a hold in which a restart of the service found the vehicle: the
+    next item begins as it is left.
+    """
 
     plan_item_of: Mapping[int, str]
     times: ItemTimes
     is_running: bool = False
     observed_s: float | None = None
     now_s: float | None = None
+    unseen_to_s: float = -math.inf
+    left_hold: tuple[int, ...] = ()
 
     @classmethod
     def of(cls, mission: Mission) -> ItemClock:
         """Before the flight."""
         return cls(mission.plan_item_of, ItemTimes.of(mission))
 
-    def recovered(self, flown: Sequence[str]) -> ItemClock:
-        """Another process observed the first items, and the start of the current one was not observed."""
-        return replace(self, times=self.times.recovered(len(flown)), is_running=True)
+    def recovered(self, recovered: Recovered, releases: Iterable[Release]) -> ItemClock:
+        """Another process observed the first items, and the start of the current one was not observed. Of a release
+        that it commanded, or asked for, it has told that the item where the vehicle waits is over.
+        """
+        supervised = [one for one in releases if one.compiled.supervised]
+        begun = any(one.record.phase in _BEGUN and self._anchor_of(one) is not None for one in supervised)
+        held = [one.compiled.hold_seqs for one in supervised if recovered.current in one.compiled.hold_seqs]
+        return replace(
+            self,
+            times=self.times.recovered(len(recovered.flown), ahead=begun),
+            is_running=True,
+            unseen_to_s=recovered.observed.now_s + SETTLED_S,
+            left_hold=tuple(seq for seqs in held for seq in seqs),
+        )
 
     def flown_on(self, mission: Mission) -> ItemClock:
         """The plan was changed in flight. Its first item starts now, even if the vehicle was already flying to it."""
@@ -97,23 +121,37 @@ class ItemClock:
         if self.now_s is not None and now_s is not None and is_paused:
             times = times.paused(now_s - self.now_s)
         gap = is_just_back or (self.observed_s is not None and seen.now_s - self.observed_s > LONGEST_GAP_S)
+        gap = gap or seen.now_s <= self.unseen_to_s
         if not self.is_running:
             times = times.started(now_s)
         landed = was_airborne and _has_landed(seen.state)
         times, ended = times.seen(progress, now_s, landed=landed, gap=gap)
         for release in releases:
-            anchor_id = self.plan_item_of.get(release.compiled.hold_seqs[-1])
-            if _is_released_now(release, progress) and anchor_id not in (None, release.compiled.plan_item_id):
-                times, more = times.releases(str(anchor_id), now_s)
+            anchor_id = self._anchor_of(release)
+            if anchor_id is not None and _is_released_now(release, progress):
+                times, more = times.releases(anchor_id, now_s)
                 ended += more
-        after = replace(self, times=times, is_running=True, observed_s=seen.now_s, now_s=now_s)
+        left_hold = self.left_hold
+        if left_hold and not times.ahead:  # the drop is over, and the vehicle may wait on
+            waits = progress.current in left_hold
+            times = times.beginning(None if gap or waits else now_s)
+            left_hold = left_hold if waits else ()
+        after = replace(self, times=times, is_running=True, observed_s=seen.now_s, now_s=now_s, left_hold=left_hold)
         return after, ended
+
+    def _anchor_of(self, release: Release) -> str | None:
+        """The item where the vehicle waits at a drop; None if that is the drop itself."""
+        anchor_id = self.plan_item_of.get(release.compiled.hold_seqs[-1])
+        return None if anchor_id == release.compiled.plan_item_id else anchor_id
+
+
+_BEGUN: Final = (DropPhase.ASKING, DropPhase.RELEASING)
 
 
 def _is_released_now(release: Release, progress: MissionProgress) -> bool:
     """The vehicle waits at this drop, and its release was commanded, or an operator is asked for it."""
     waits = progress.current in release.compiled.hold_seqs
-    return release.compiled.supervised and waits and release.record.phase in (DropPhase.ASKING, DropPhase.RELEASING)
+    return release.compiled.supervised and waits and release.record.phase in _BEGUN
 
 
 def _has_landed(state: VehicleState) -> bool:

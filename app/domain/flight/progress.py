@@ -291,9 +291,13 @@ class ItemTimes:
         """The run was paused for this long, in the current item."""
         return replace(self, paused_s=self.paused_s + max(0.0, seconds))
 
-    def recovered(self, flown: int) -> ItemTimes:
+    def recovered(self, flown: int, *, ahead: bool = False) -> ItemTimes:
         """The first `flown` items were not observed by this process."""
-        return replace(self._next(None), counted=flown)
+        return replace(self._next(None), counted=flown, ahead=ahead)
+
+    def beginning(self, began_s: float | None) -> ItemTimes:
+        """The current item begins then; None if nobody saw it."""
+        return replace(self, began_s=began_s)
 
     def flown_on(self, mission: Mission, began_s: float | None) -> ItemTimes:
         """Another mission continues after the counted items. Its first item begins then."""

@@ -180,7 +180,7 @@ def _recovered(flight: Flight, given: inputs.Recovered) -> Flight:
     reached = flight.run.reached_seq
     passed_to = reached if given.flown and reached is not None else -1
     progress = replace(flight.progress, flown=given.flown, passed_to=passed_to)
-    flight = replace(flight, progress=progress, item_clock=flight.item_clock.recovered(given.flown))
+    flight = replace(flight, progress=progress, item_clock=flight.item_clock.recovered(given, flight.segment.releases))
     if given.current is not None and flight.is_of_mission(given.current, observed.state.mode):
         flight = flight.with_progress(observed, flight.progress.now_current(given.current))
         flight = flight.with_run(observed, item_id=flight.progress.item_id)
