@@ -59,7 +59,15 @@ from app.services.tasks import Tasks
 from app.services.vehicle_commands import VehicleCommands
 from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks, WebhookSettings
-from app.storage import Storage, Verification, open_flight_log, open_storage, open_tokens, verify_journal
+from app.storage import (
+    Storage,
+    Verification,
+    no_journal,
+    open_flight_log,
+    open_storage,
+    open_tokens,
+    verify_journal,
+)
 from app.vehicles import (
     KeyFile,
     LinkKeyFiles,
@@ -177,11 +185,13 @@ def _delivery_reports(runs: Runs, storage: Storage, journal: Journal, clock: Clo
 
 
 @asynccontextmanager
-async def open_access(settings: Settings) -> AsyncIterator[Access]:
+async def open_access(settings: Settings, *, of_existing: bool = False) -> AsyncIterator[Access]:
     """The tokens alone, for the command line, also beside a running service: of a cluster if `postgres_url` is set.
 
-    Raises StorageError.
+    Raises StorageError; also if there is no journal, and it is to be `of_existing` one.
     """
+    if of_existing and settings.postgres_url is None and not settings.journal_path.is_file():
+        raise no_journal(settings.journal_path)
     claim_data_folder(settings.data_dir)
     if settings.postgres_url is not None:
         from app.storage.postgres import open_cluster_storage  # here: one machine needs no asyncpg

@@ -325,7 +325,7 @@ def expand_connection(entry: str) -> tuple[str, ...]:
     """One connection URL, or one for each port if its port is a range `first..last`. ValueError if unusable."""
     if not _CONNECTION.match(entry):
         raise ValueError(
-            f"{entry!r}is not a valid connection: use udpin://ADDRESS:PORT, udpout://..., tcpin://..., tcpout://... "
+            f"{entry!r} is not a valid connection: use udpin://ADDRESS:PORT, udpout://..., tcpin://..., tcpout://... "
             "or serial://DEVICE:BAUD (udp:// and tcp:// are deprecated in mavsdk)"
         )
     ports = _PORT_RANGE.match(entry)

@@ -42,7 +42,9 @@ class Pmtiles:
             self._file = os.open(path, os.O_RDONLY)
             header = deserialize_header(self._read(0, _HEADER_BYTES))
         except (OSError, IndexError) as error:
-            raise InvalidInputError(f"{path} cannot be read: {error}", hint="give a .pmtiles file") from error
+            raise InvalidInputError(
+                f"WAYDROP_TILE_FILE: {path} cannot be read: {error}", hint="give a .pmtiles file"
+            ) from error
         except (MagicNumberNotFound, SpecVersionUnsupported, ValueError) as error:
             raise InvalidInputError(
                 f"{path} is not a PMTiles file of version 3", hint="make one with `pmtiles convert`"

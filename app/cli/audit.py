@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from app.cli.runs import JsonOption
-from app.cli.service_client import Query, ServerOption, TokenOption, with_client
+from app.cli.service_client import Query, ServerOption, TokenOption, parsed, with_client
 from app.cli.terminal import err, out, write_json
 from app.domain.audit import AuditEntry, AuditOutcome
 
@@ -36,7 +36,7 @@ def audit(
     elif not rows:
         err().print("no such entries")
     else:
-        out().print(_table([AuditEntry.model_validate(row) for row in rows]))
+        out().print(_table([parsed(AuditEntry, row) for row in rows]))
 
 
 def _table(entries: list[AuditEntry]) -> Table:

@@ -19,6 +19,7 @@ from app.cli.service_client import (
     StreamCut,
     StreamItem,
     TokenOption,
+    parsed,
     service_client,
 )
 from app.cli.terminal import ExitStatus, err, out
@@ -60,7 +61,7 @@ class RunFollower:
         document: dict[str, object] = {"plan": plan_id, "vehicle": vehicle_id, "start": True}
         if wind is not None:
             document["wind"] = wind.model_dump(mode="json", exclude_none=True)
-        self.run = Run.model_validate(await self._client.post("/runs", document))
+        self.run = parsed(Run, await self._client.post("/runs", document))
         return self.run
 
     async def follow(self) -> Run:
@@ -85,7 +86,7 @@ class RunFollower:
                 _refuse_failed_start(before, run)
                 if run.is_over:
                     break
-        return Run.model_validate(await self._client.get(f"/runs/{run.id}"))
+        return parsed(Run, await self._client.get(f"/runs/{run.id}"))
 
 
 def _concerns(event: Event, run: Run) -> bool:
@@ -143,8 +144,11 @@ async def fly_and_follow(
             run = await follower.start(str(stored["id"]), vehicle_id, wind)
             view.note(f"run {run.id}: plan {plan.name} ({stored['id']}) with vehicle {vehicle_id}")
             run = await follower.follow()
-        except asyncio.CancelledError:
-            _print_left_run(follower.run.id if follower.run else None)
+        except StartFailedError:
+            raise  # it stands on the ground
+        except (asyncio.CancelledError, WaydropError) as error:
+            if follower.run is not None or isinstance(error, asyncio.CancelledError):
+                _print_left_run(follower.run.id if follower.run else None)
             raise
         assessment = assess(run, least=least)
         view.ended(run, assessment)

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from app.cli.plan_report import WindOption, read_plan, wind_given
 from app.cli.runs import JsonOption
-from app.cli.service_client import Query, ServerOption, TokenOption, with_client
+from app.cli.service_client import Query, ServerOption, TokenOption, parsed, with_client
 from app.cli.terminal import ExitStatus, err, out, write_json
 from app.domain.jobs.job import Candidate, Job, JobState, Refusal
 from app.domain.jobs.queue import QueuePosition
@@ -129,9 +129,9 @@ def add(
     if as_json:
         write_json(answer)
     elif check:
-        out().print(candidates_table(AssignmentView.model_validate(answer).candidates))
+        out().print(candidates_table(parsed(AssignmentView, answer).candidates))
     else:
-        _show(Job.model_validate(answer))
+        _show(parsed(Job, answer))
     if answer["warning"]:
         err().print(f"warning: {answer['warning']}", markup=False)
     if check and answer["vehicle_id"] is None:
@@ -160,7 +160,7 @@ def list_jobs(
     elif not answer["jobs"]:
         err().print("no such jobs")
     else:
-        out().print(jobs_table([Job.model_validate(row) for row in answer["jobs"]]))
+        out().print(jobs_table([parsed(Job, row) for row in answer["jobs"]]))
 
 
 @jobs_app.command()
@@ -170,19 +170,19 @@ def show(job: JobArgument, server: ServerOption, token: TokenOption = None, as_j
     if as_json:
         write_json(answer)
     else:
-        _show(Job.model_validate(answer))
+        _show(parsed(Job, answer))
 
 
 @jobs_app.command()
 def cancel(job: JobArgument, server: ServerOption, token: TokenOption = None) -> None:
-    """Cancel a job that does not fly; a run that waits on its vehicle is taken off it."""
-    _show(Job.model_validate(with_client(server, token, lambda client: client.post(f"/jobs/{job}/cancel"))))
+    """Cancel a job that is not flying. A run that waits for its start is aborted."""
+    _show(parsed(Job, with_client(server, token, lambda client: client.post(f"/jobs/{job}/cancel"))))
 
 
 @jobs_app.command()
 def clear_claim(job: JobArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Take a job from a gateway that does not answer. Make sure that the gateway does not fly it later."""
-    _show(Job.model_validate(with_client(server, token, lambda client: client.post(f"/jobs/{job}/clear-claim"))))
+    _show(parsed(Job, with_client(server, token, lambda client: client.post(f"/jobs/{job}/clear-claim"))))
 
 
 @jobs_app.command()
@@ -197,17 +197,17 @@ def move(
     """Change the priority or position of a waiting job."""
     chosen: QueuePosition | None = None if place is None else place.value
     document = {"priority": priority, "place": chosen, "before": before}
-    _show(Job.model_validate(with_client(server, token, lambda client: client.patch(f"/jobs/{job}", document))))
+    _show(parsed(Job, with_client(server, token, lambda client: client.patch(f"/jobs/{job}", document))))
 
 
 @jobs_app.command()
 def queues(server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
-    """What waits, in order, and how each vehicle's queue stands."""
+    """List the waiting jobs in order, and the state of each vehicle's queue."""
     answer = with_client(server, token, lambda client: client.get("/job-queues"))
     if as_json:
         write_json(answer)
         return
-    view = JobQueuesView.model_validate(answer)
+    view = parsed(JobQueuesView, answer)
     if view.waiting:
         out().print(jobs_table(view.waiting))
     out().print(queues_table(view.vehicles))

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import sys
+from io import TextIOWrapper
 from typing import Annotated, ClassVar, Final
 
 import typer
 
 from app import __version__
 from app.cli.lazy import LazyCommand, LazyGroup
-from app.cli.terminal import count, err, out, show_error, status_of
+from app.cli.terminal import count, err, out, output_error, show_error, status_of
 from app.domain.errors import WaydropError
 
 _ALL_TO_THE_SIMULATOR: Final = {
@@ -102,7 +104,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_show_locals=False,
-    epilog="Exit status: 0 done, 1 not achieved, 2 unusable input, 3 no service, 4 refused by the service.",
+    epilog="Exit status: 0 done, 1 not achieved, 2 unusable input, 3 no service, 4 rejected, 5 output not written.",
 )
 
 
@@ -114,20 +116,30 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")] = False,
+    _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
 ) -> None:
     """Options of the command itself."""
 
 
 def main() -> None:
     """Run the command of sys.argv. Expected errors are printed and end with their exit status."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # names and arrows, for a terminal of few characters
     try:
         app(prog_name="waydrop")
     except WaydropError as error:
         _show(error)
         sys.exit(status_of(error))
+    except OSError as error:
+        if error.errno not in _OF_OUTPUT:
+            raise
+        failed = output_error(error)  # of what is written without our consoles, such as --help
+        _show(failed)
+        sys.exit(status_of(failed))
 
 
+_OF_OUTPUT: Final = {errno.ENOSPC, errno.EPIPE, errno.EBADF, errno.EFBIG, errno.EIO, errno.EDQUOT}
 _UNFIT: Final = {"plan.invalid": "this is not a valid plan", "conversion.refused": "this cannot be converted to a plan"}
 
 

@@ -10,7 +10,7 @@ import typer
 
 from app.cli.plan_report import WindOption, read_file, read_plan, wind_given
 from app.cli.run_view import drops_table
-from app.cli.service_client import ServerOption, ServiceClient, TokenOption, with_client
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, parsed, with_client
 from app.cli.terminal import err, out
 from app.domain.drop.consent import Answer, ConsentState
 from app.domain.drop.record import DropRecord
@@ -66,12 +66,12 @@ async def answer(client: ServiceClient, run_id: str, drop_id: str | None, said: 
     """
     question = said.question
     if drop_id is None:
-        asking = _asking(Run.model_validate(await client.get(f"/runs/{run_id}")))
+        asking = _asking(parsed(Run, await client.get(f"/runs/{run_id}")))
         drop_id = asking.plan_item_id
         if question is None and asking.consent is not None:
             question = asking.consent.question
     document: dict[str, Any] = {"grant": said.grant, "question": question, "comment": said.comment}
-    return Run.model_validate(await client.post(f"/runs/{run_id}/drops/{drop_id}/consent", document))
+    return parsed(Run, await client.post(f"/runs/{run_id}/drops/{drop_id}/consent", document))
 
 
 def _asking(run: Run) -> DropRecord:
@@ -141,13 +141,13 @@ def continue_run(
     """Create a run of the remaining items of one that ended early, without completed drops; start it separately."""
     given = wind_given(wind)
     body = {"continue_at": at, "wind": None if given is None else given.model_dump(mode="json")}
-    new = Run.model_validate(with_client(server, token, lambda client: client.post(f"/runs/{run}/continuation", body)))
+    new = parsed(Run, with_client(server, token, lambda client: client.post(f"/runs/{run}/continuation", body)))
     start = f"waydrop runs start {new.id}"
     err().print(f"run {new.id} continues run {run} with plan {new.plan_id}; start it: {start}", markup=False)
 
 
 def _print(answer: Any) -> None:
-    run = Run.model_validate(answer)
+    run = parsed(Run, answer)
     change = run.change
     where = "" if change is None else f" from {change.continue_at} on"
     omitted = "" if change is None or not change.omitted else f"; not visited again: {', '.join(change.omitted)}"

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from app.cli.run_changes import answer_consent, change_mission, consent_line, continue_run, insert_items
 from app.cli.run_view import drops_table, show_comparison
-from app.cli.service_client import Query, ServerOption, ServiceClient, TokenOption, with_client
+from app.cli.service_client import Query, ServerOption, ServiceClient, TokenOption, parsed, with_client
 from app.cli.terminal import err, out, write_json
 from app.domain.delivery.comparison import Comparison
 from app.domain.errors import InvalidInputError
@@ -43,7 +43,7 @@ def list_runs(
     elif not answer["runs"]:
         err().print("no runs yet")
     else:
-        out().print(runs_table([Run.model_validate(row) for row in answer["runs"]]))
+        out().print(runs_table([parsed(Run, row) for row in answer["runs"]]))
 
 
 @runs_app.command()
@@ -57,8 +57,8 @@ def show(run: RunArgument, server: ServerOption, token: TokenOption = None, as_j
         return await client.get(f"/runs/{run}"), await client.get(f"/runs/{run}/comparison")
 
     answer, comparison = with_client(server, token, both)
-    _show(Run.model_validate(answer))
-    show_comparison(out(), Comparison.model_validate(comparison))
+    _show(parsed(Run, answer))
+    show_comparison(out(), parsed(Comparison, comparison))
 
 
 @runs_app.command()
@@ -88,7 +88,7 @@ def report(
 
 def _acting(action: str, help_text: str) -> None:
     def act(run: RunArgument, server: ServerOption, token: TokenOption = None) -> None:
-        _show(Run.model_validate(with_client(server, token, lambda client: client.post(f"/runs/{run}/{action}"))))
+        _show(parsed(Run, with_client(server, token, lambda client: client.post(f"/runs/{run}/{action}"))))
 
     runs_app.command(action, help=help_text)(act)
 
@@ -152,7 +152,7 @@ def list_filtered(
         str | None,
         typer.Option(metavar="TIME", help="Created since this time, such as 2026-05-01T00:00:00Z, or Unix seconds."),
     ] = None,
-    until: Annotated[str | None, typer.Option(metavar="TIME", help="Made before it.")] = None,
+    until: Annotated[str | None, typer.Option(metavar="TIME", help="Created before this time.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=100_000, help="Maximum number of results, newest first.")] = 20,
     as_json: JsonOption = False,
     as_csv: Annotated[bool, typer.Option("--csv", help="A table for spreadsheets.")] = False,
@@ -169,7 +169,7 @@ def list_filtered(
     elif not rows:
         err().print("no such runs")
     else:
-        out().print(runs_table([Run.model_validate(row) for row in rows]))
+        out().print(runs_table([parsed(Run, row) for row in rows]))
 
 
 async def _write_csv(client: ServiceClient, wanted: dict[str, Query], limit: int) -> None:

@@ -14,8 +14,9 @@ from uuid import uuid4
 
 import aiohttp
 import typer
+from pydantic import BaseModel, ValidationError
 
-from app.cli.terminal import ServerRefusedError, ServerUnreachableError
+from app.cli.terminal import AnswerLostError, ServerRefusedError, ServerUnreachableError
 from app.domain.errors import InvalidInputError
 from app.domain.events import Event
 
@@ -23,6 +24,11 @@ DEFAULT_SERVER: Final = "http://127.0.0.1:8080"
 TIMEOUT: Final = aiohttp.ClientTimeout(total=60.0, sock_connect=5.0)
 HEARTBEAT_S: Final = 10.0
 MAX_FRAME_BYTES: Final = 16 * 1024 * 1024
+REPEATED_FOR_S: Final = 10.0
+"""A POST whose answer is lost is repeated for so long: nobody wants what he ordered a minute ago."""
+_NOT_SENT: Final = (aiohttp.ClientConnectorError, aiohttp.ConnectionTimeoutError)
+GATEWAY_STATUSES: Final = {502, 503, 504}
+"""Of a proxy before a Waydrop that is not there."""
 
 
 def default_server() -> str:
@@ -41,12 +47,13 @@ TokenOption = Annotated[
 
 
 T = TypeVar("T")
+M = TypeVar("M", bound=BaseModel)
 Query = str | int | None
 """Of one parameter of a query; None: not asked for."""
 
 
 class ServiceClient:
-    """Requests to one Waydrop. Every failure is a ServerUnreachableError or a ServerRefusedError."""
+    """Requests to one Waydrop. Every failure is a ServerUnreachableError, AnswerLostError or ServerRefusedError."""
 
     def __init__(self, session: aiohttp.ClientSession, server: str) -> None:
         self._session = session
@@ -74,9 +81,26 @@ class ServiceClient:
         return str(await self._request("GET", path, read=read, params=_params(query), headers=headers))
 
     async def post(self, path: str, document: Any = None) -> Any:
-        """POST a JSON document; safe to send twice, for it carries an Idempotency-Key."""
-        headers = {"Idempotency-Key": str(uuid4())}
-        return await self._request("POST", path, json={} if document is None else document, headers=headers)
+        """POST a JSON document. It carries an Idempotency-Key: if the answer gets lost, it is sent again.
+
+        Raises AnswerLostError: it was sent, and there is no answer yet. What it orders may have been done.
+        """
+        loop, headers = asyncio.get_running_loop(), {"Idempotency-Key": str(uuid4())}
+        until_s, pause_s, was_sent = loop.time() + REPEATED_FOR_S, FIRST_PAUSE_S, False
+        while True:
+            try:
+                return await self._request("POST", path, json={} if document is None else document, headers=headers)
+            except ServerUnreachableError as error:
+                was_sent = was_sent or not isinstance(error.__cause__, _NOT_SENT)
+                if not was_sent:
+                    raise
+                if loop.time() + pause_s > until_s:
+                    raise AnswerLostError(
+                        f"{error.detail}. The request was sent: it may have been carried out",
+                        hint="look at `waydrop vehicles` and `waydrop runs` before you repeat it",
+                    ) from error
+            await asyncio.sleep(pause_s)
+            pause_s = min(LONGEST_PAUSE_S, pause_s * 2)
 
     async def patch(self, path: str, document: Any) -> Any:
         """PATCH a resource with a JSON document."""
@@ -107,8 +131,12 @@ class ServiceClient:
         read: Callable[[aiohttp.ClientResponse], Awaitable[Any]] | None = None,
         **arguments: Any,
     ) -> Any:
+        if {"?", "#", "%"} & set(path) or ".." in path.split("/"):
+            raise InvalidInputError(f"{path!r} has an ID that cannot exist", hint="copy the ID from a list")
         try:
             async with self._session.request(method, f"{self._server}/api/v1{path}", **arguments) as answer:
+                if answer.status in GATEWAY_STATUSES and not answer.content_type.endswith("json"):
+                    answer.raise_for_status()
                 if answer.status >= 400:
                     raise _refusal(answer.status, await _document(answer), path)
                 return await (read or _document)(answer)
@@ -128,15 +156,26 @@ class ServiceClient:
 @asynccontextmanager
 async def service_client(server: str, token: str | None) -> AsyncIterator[ServiceClient]:
     """A client of the Waydrop at `server` (`http://host:port`)."""
-    parts = urlsplit(server)
-    if parts.scheme not in {"http", "https"} or not parts.hostname:
+    if not _is_address(server):
         raise InvalidInputError(
             f"--server: {server!r} is not a valid address", hint="use the form http://127.0.0.1:8080"
+        )
+    if token and not (token.isascii() and token.isprintable()):
+        raise InvalidInputError(
+            "--token: the token has a line break or another character that no token has", hint="copy it anew"
         )
     headers = {"Authorization": f"Bearer {token}"} if token else {}
     async with aiohttp.ClientSession(headers=headers, timeout=TIMEOUT) as session:
         yield ServiceClient(session, server)
         await asyncio.sleep(0)  # lets aiohttp close its transports
+
+
+def _is_address(server: str) -> bool:
+    try:
+        parts = urlsplit(server)
+        return parts.scheme in {"http", "https"} and bool(parts.hostname) and parts.port != 0 and not parts.query
+    except ValueError:  # of a port or an IPv6 address
+        return False
 
 
 def with_client(server: str, token: str | None, use: Callable[[ServiceClient], Awaitable[T]]) -> T:
@@ -153,17 +192,47 @@ def _params(query: Mapping[str, Query]) -> dict[str, str]:
     return {key: str(value) for key, value in query.items() if value is not None}
 
 
+class _Document(dict[str, Any]):
+    """A JSON object of the service."""
+
+    def __missing__(self, name: str) -> Any:
+        raise _of_another_version(f"no {name!r}")
+
+
+def parsed(model: type[M], document: Any) -> M:
+    """A document, or a part of one, as the model that it is. Raises ServerRefusedError."""
+    try:
+        return model.model_validate(document)
+    except ValidationError as error:
+        raise _of_another_version(f"no {model.__name__}: {error.errors()[0]['msg']}") from error
+
+
+def _of_another_version(what: str) -> ServerRefusedError:
+    return ServerRefusedError(
+        "server.not_waydrop",
+        f"the answer has {what}: this is not Waydrop, or another version of it",
+        status=200,
+        hint="look at --server; use the command of the version that runs there",
+    )
+
+
 async def _document(answer: aiohttp.ClientResponse) -> Any:
-    if answer.status == 204 or not await answer.read():
+    if answer.status == 204:
         return None
-    if not answer.content_type.endswith("json"):
+    try:
+        if not answer.content_type.endswith("json"):
+            raise ValueError("not JSON")
+        document = json.loads(await answer.read())
+        if not isinstance(document, dict):
+            raise ValueError("no object")
+        return _Document(document)
+    except ValueError as error:
         raise ServerRefusedError(
             "server.not_waydrop",
             f"{answer.url} answered {answer.status} {answer.content_type}: this is not Waydrop",
             status=answer.status,
             hint="look at --server",
-        )
-    return await answer.json(content_type=None)
+        ) from error
 
 
 def _refusal(status: int, document: Any, path: str) -> ServerRefusedError:
@@ -269,7 +338,7 @@ class EventStream:
     def _parsed(self, frame: dict[str, Any]) -> StreamItem | None:
         kind = frame.get("type")
         if kind == "event":
-            event = Event.model_validate(frame["event"])
+            event = parsed(Event, frame["event"])
             if self.seq is not None and event.position <= self.seq:
                 return None  # received before the disconnect
             self.seq = event.position

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
+from contextlib import suppress
 from enum import IntEnum
-from typing import Any, Final, TextIO
+from typing import Any, Final, TextIO, cast
 
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
 from rich.control import Control
@@ -17,7 +19,7 @@ from app.domain.text import escaped, lines
 
 
 class ExitStatus(IntEnum):
-    """Documented in docs/how-to/deploy.md; scripts decide by these."""
+    """Documented in docs/reference/command-line.md; scripts decide by these."""
 
     OK = 0
     NOT_ACHIEVED = 1
@@ -28,6 +30,8 @@ class ExitStatus(IntEnum):
     """No Waydrop answers at the server's address, or it stayed away while a run was followed."""
     REFUSED = 4
     """Waydrop answered with a refusal: no access, not found, busy, wrong state."""
+    OUTPUT_FAILED = 5
+    """Standard output cannot be written: a full disk, a closed pipe. What was asked for may have been done."""
     INTERRUPTED = 130
     """Ctrl-C. A flight that is only followed continues."""
 
@@ -41,12 +45,22 @@ _BY_CODE: Final = {
     "plan.rejected": ExitStatus.NOT_ACHIEVED,
     "drop.consent_not_asked": ExitStatus.REFUSED,
     "server.unreachable": ExitStatus.UNREACHABLE,
+    "server.answer_lost": ExitStatus.UNREACHABLE,
+    "output.failed": ExitStatus.OUTPUT_FAILED,
     "storage.failed": ExitStatus.NOT_ACHIEVED,
 }
 
 
 class ServerUnreachableError(WaydropError, code="server.unreachable"):
     """No Waydrop answers at this address."""
+
+
+class AnswerLostError(WaydropError, code="server.answer_lost"):
+    """The request was sent, and no answer came: it may have been carried out."""
+
+
+class OutputError(WaydropError, code="output.failed"):
+    """Standard output cannot be written."""
 
 
 class ServerRefusedError(WaydropError):
@@ -67,6 +81,8 @@ def status_of(error: WaydropError) -> ExitStatus:
 
 
 _WIDE: Final = 200
+_NARROW: Final = 72
+"""A narrower table shows no values; a terminal wraps the lines of a wider one."""
 
 
 class _Shown:
@@ -85,19 +101,67 @@ class _ShownOnly(RenderHook):
         return [one if isinstance(one, Control) else _Shown(one) for one in renderables]
 
 
+class _Output:
+    """Standard output, whose errors are OutputErrors: others would be taken for defects, or end with status 1."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> None:
+        try:
+            self._stream.write(text)
+        except OSError as error:
+            self._failed(error)
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self._failed(error)
+
+    def _failed(self, error: OSError) -> None:
+        raise output_error(error) from error
+
+
+class _ErrorOutput(_Output):
+    """Standard error. What is said about a result and cannot be written is no failure of the command."""
+
+    def _failed(self, error: OSError) -> None:
+        pass
+
+
+def output_error(error: OSError) -> OutputError:
+    """The error of standard output, to which nothing more is written: Python would try again at its end."""
+    with suppress(OSError), open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+    return OutputError(
+        f"standard output cannot be written: {error.strerror or error}",
+        hint="what the command asked for may have been done",
+    )
+
+
 def out() -> Console:
-    """Standard output, made anew so that a redirected stdout is honoured."""
-    return _console(sys.stdout)
+    """Standard output, made anew so that a redirected stdout is honoured.
+
+    Raises:
+        OutputError: it is closed. The console raises it, too.
+    """
+    if sys.stdout is None:
+        raise OutputError("standard output is closed", hint="redirect it to a file or to /dev/null")
+    return _console(_Output(sys.stdout), is_error=False)
 
 
 def err() -> Console:
     """Standard error."""
-    return _console(sys.stderr)
+    return _console(_ErrorOutput(sys.stderr or open(os.devnull, "w")), is_error=True)
 
 
-def _console(stream: TextIO) -> Console:
-    is_error = stream is sys.stderr
-    console = Console(stderr=is_error, highlight=False, emoji=False, soft_wrap=True, width=_width(stream))
+def _console(stream: _Output, *, is_error: bool) -> Console:
+    file = cast("TextIO", stream)
+    console = Console(file=file, stderr=is_error, highlight=False, emoji=False, soft_wrap=True, width=_width(file))
     console.push_render_hook(_ShownOnly())
     return console
 
@@ -109,7 +173,9 @@ def count(number: int, thing: str) -> str:
 
 def _width(stream: TextIO) -> int | None:
     """A file or a pipe has no width: nothing is cut there. COLUMNS counts everywhere."""
-    return None if stream.isatty() or "COLUMNS" in os.environ else _WIDE
+    if not stream.isatty() and "COLUMNS" not in os.environ:
+        return _WIDE
+    return max(_NARROW, shutil.get_terminal_size().columns)
 
 
 def write_json(document: Any, *, indent: int | None = 2) -> None:

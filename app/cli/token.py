@@ -13,7 +13,7 @@ import typer
 from rich.table import Table
 
 from app.cli.serve import DataDirOption
-from app.cli.terminal import err, out
+from app.cli.terminal import OutputError, err, out
 from app.config import load_settings
 from app.domain.errors import InvalidInputError
 from app.services.access import Access, Role
@@ -37,7 +37,11 @@ def create(
     stored, secret = _with_access(data_dir, lambda access: access.create_token(name, role, lifetime_s=lifetime_s))
     until = "" if stored.expires_at is None else f", valid until {_day(stored.expires_at)}"
     err().print(f"token {stored.id} for {name}, role {role.value}{until}; it is not shown again:", markup=False)
-    out().out(secret, highlight=False)
+    try:
+        out().out(secret, highlight=False)
+    except OutputError as error:
+        lost = f"{error.detail}: the secret of {stored.id} is lost"
+        raise OutputError(lost, hint=f"`waydrop token revoke {stored.id}`, and create another") from error
     err().print(
         "From now on every client needs a token, including those on this machine, even after all tokens are revoked.",
         markup=False,
@@ -47,7 +51,7 @@ def create(
 @token_app.command("list")
 def list_tokens(data_dir: DataDirOption = None) -> None:
     """List all tokens, expired and revoked ones too."""
-    tokens = _with_access(data_dir, lambda access: access.list_tokens())
+    tokens = _with_access(data_dir, lambda access: access.list_tokens(), of_existing=True)
     table = Table()
     for column in ("id", "name", "role", "created", "last used", "expires", "revoked"):
         table.add_column(column)
@@ -61,16 +65,17 @@ def list_tokens(data_dir: DataDirOption = None) -> None:
 def revoke(
     token_id: Annotated[str, typer.Argument(metavar="ID", help="The token's id.")], data_dir: DataDirOption = None
 ) -> None:
-    """Revoke a token: from now on it opens nothing."""
-    _with_access(data_dir, lambda access: access.revoke(token_id))
+    """Revoke a token. From now on requests with it are rejected."""
+    _with_access(data_dir, lambda access: access.revoke(token_id), of_existing=True)
     err().print(f"token {token_id} is revoked", markup=False)
 
 
-def _with_access(data_dir: Path | None, use: Callable[[Access], Awaitable[T]]) -> T:
+def _with_access(data_dir: Path | None, use: Callable[[Access], Awaitable[T]], *, of_existing: bool = False) -> T:
+    """Raises StorageError: also if there is no journal, and it is to be `of_existing` one."""
     from app.application import open_access  # here: the other commands start without it
 
     async def used() -> T:
-        async with open_access(load_settings(data_dir=data_dir)) as access:
+        async with open_access(load_settings(data_dir=data_dir), of_existing=of_existing) as access:
             return await use(access)
 
     return asyncio.run(used())

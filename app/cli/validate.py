@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from app.cli.plan_report import WindOption, read_plan, show_findings, show_timeline, wind_given, wind_of
-from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.service_client import ServerOption, TokenOption, parsed, service_client
 from app.cli.terminal import ExitStatus, count, err, out, write_json
 from app.domain.plan import Plan, PlanInvalid
 from app.domain.prediction import Timeline, WindGiven
@@ -75,8 +75,8 @@ async def _ask(plan: Plan, vehicle: str, given: WindGiven | None, server: str, t
         if given is not None:
             document["wind"] = given.model_dump(mode="json", exclude_none=True)
         answer: dict[str, Any] = await client.post("/plan-checks", document)
-    findings = [Finding.model_validate(entry) for entry in answer["findings"]]
-    timeline = None if answer["timeline"] is None else Timeline.model_validate(answer["timeline"])
+    findings = [parsed(Finding, entry) for entry in answer["findings"]]
+    timeline = None if answer["timeline"] is None else parsed(Timeline, answer["timeline"])
     return findings, timeline, answer.get("parameters_age_s")
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import asyncio
+from typing import Annotated, Any, Final
 
 import typer
 from rich.table import Table
 
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, with_client
-from app.cli.terminal import err, out, write_json
+from app.cli.terminal import ServerRefusedError, err, out, write_json
+from app.domain.run.run import RunState
+
+STARTS_WITHIN_S: Final = 60.0
+AGAIN_AFTER_S: Final = 0.2
 
 
 def vehicles(
@@ -57,11 +62,23 @@ def hold(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = No
 
 
 async def hold_vehicle(client: ServiceClient, vehicle_id: str) -> Any:
-    """Return the vehicle, in Hold mode."""
-    vehicle = await client.get(f"/vehicles/{vehicle_id}")
-    run_id = vehicle.get("run_id")
-    await client.post(f"/vehicles/{vehicle_id}/hold" if run_id is None else f"/runs/{run_id}/pause")
-    return await client.get(f"/vehicles/{vehicle_id}")
+    """Return the vehicle, in Hold mode. One that is being started is held as soon as it flies.
+
+    Raises ServerRefusedError.
+    """
+    until_s = asyncio.get_running_loop().time() + STARTS_WITHIN_S
+    while True:
+        vehicle = await client.get(f"/vehicles/{vehicle_id}")
+        run_id = vehicle.get("run_id")
+        try:
+            await client.post(f"/vehicles/{vehicle_id}/hold" if run_id is None else f"/runs/{run_id}/pause")
+        except ServerRefusedError as error:
+            starts = error.code == "run.wrong_state" and error.extra.get("state") == RunState.STARTING
+            if not starts or asyncio.get_running_loop().time() > until_s:
+                raise
+            await asyncio.sleep(AGAIN_AFTER_S)
+        else:
+            return await client.get(f"/vehicles/{vehicle_id}")
 
 
 def take_over(server: ServerOption, token: TokenOption = None) -> None:

@@ -8,8 +8,8 @@ import typer
 from rich.table import Table
 
 from app.cli.runs import JsonOption
-from app.cli.service_client import ServerOption, TokenOption, with_client
-from app.cli.terminal import ExitStatus, err, out, write_json
+from app.cli.service_client import ServerOption, TokenOption, parsed, with_client
+from app.cli.terminal import ExitStatus, OutputError, err, out, write_json
 from app.domain.reasons import describe
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.services.webhooks.views import WebhookView
@@ -26,28 +26,33 @@ def create(
     server: ServerOption,
     token: TokenOption = None,
     event: Annotated[list[DeliveryEvent] | None, typer.Option(help="Send only this event type; repeatable.")] = None,
-    description: Annotated[str, typer.Option(help="Whose it is.")] = "",
+    description: Annotated[str, typer.Option(help="What it is for, or whose it is.")] = "",
     after: Annotated[
         int | None, typer.Option(min=0, help="Begin after the event with this number; 0 begins with the first.")
     ] = None,
 ) -> None:
-    """Make a webhook. Its secret goes to stdout, once."""
+    """Create a webhook. Its secret is written to stdout, once."""
     order: dict[str, Any] = {"url": url, "events": event or [], "description": description, "after": after}
     made = with_client(server, token, lambda client: client.post("/webhooks", order))
     err().print(f"webhook {made['webhook']['id']} to {url}; its secret is not shown again:", markup=False)
-    out().out(made["secret"], highlight=False)
+    try:
+        out().out(made["secret"], highlight=False)
+    except OutputError as error:
+        webhook = made["webhook"]["id"]
+        lost = f"{error.detail}: the secret of webhook {webhook} is lost"
+        raise OutputError(lost, hint=f"`waydrop webhook delete {webhook}`, and create another") from error
 
 
 @webhook_app.command("list")
 def list_webhooks(server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
-    """List webhooks and how they stand."""
+    """List webhooks with their state."""
     answer = with_client(server, token, lambda client: client.get("/webhooks"))
     if as_json:
         write_json(answer)
     elif not answer["webhooks"]:
         err().print("no webhooks")
     else:
-        out().print(_table([WebhookView.model_validate(row) for row in answer["webhooks"]]))
+        out().print(_table([parsed(WebhookView, row) for row in answer["webhooks"]]))
 
 
 @webhook_app.command("test")
@@ -69,7 +74,7 @@ def enable(
         bool, typer.Option("--skip-missed", help="Skip messages that were not delivered yet.")
     ] = False,
 ) -> None:
-    """Go on where it stopped."""
+    """Enable a webhook. It continues where it stopped."""
     change = {"enabled": True, "skip_missed": skip_missed}
     with_client(server, token, lambda client: client.patch(f"/webhooks/{webhook}", change))
     err().print(f"webhook {webhook} is enabled", markup=False)
@@ -77,14 +82,14 @@ def enable(
 
 @webhook_app.command()
 def disable(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
-    """Send nothing until it is enabled again; nothing is lost meanwhile."""
+    """Disable a webhook. Its messages wait until it is enabled again."""
     with_client(server, token, lambda client: client.patch(f"/webhooks/{webhook}", {"enabled": False}))
     err().print(f"webhook {webhook} is disabled", markup=False)
 
 
 @webhook_app.command()
 def delete(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
-    """Remove it."""
+    """Delete a webhook."""
     with_client(server, token, lambda client: client.delete(f"/webhooks/{webhook}"))
     err().print(f"webhook {webhook} is deleted", markup=False)
 

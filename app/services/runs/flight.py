@@ -210,7 +210,11 @@ class RunFlight:
             else:
                 self._require_in_flight(action)  # its messages may have been waited for
                 await self._act(action, command, rally)
-        await self._recorder.flush()  # the next command does not wait for this one's record
+        try:
+            await self._recorder.flush()  # the next command does not wait for this one's record
+        except StorageError as error:
+            sent = f"{action.value} was carried out, but could not be recorded: {error.detail}"
+            raise StorageError(sent, hint=error.hint) from error
 
     @contextlib.asynccontextmanager
     async def _turn(self, action: RunAction | None = None) -> AsyncIterator[None]:

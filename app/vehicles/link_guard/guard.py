@@ -7,6 +7,7 @@ trusted. All of it runs on the event loop: while that stands still nothing passe
 from __future__ import annotations
 
 import asyncio
+import errno
 import socket
 import time
 from collections.abc import Callable, Sequence
@@ -75,6 +76,15 @@ class _Tally:
             del self.systems[next(iter(self.systems))]
 
 
+_OPEN_HINTS: Final = {
+    errno.EADDRINUSE: "another ground station or gateway uses it: end it, or choose another port",
+    errno.EBUSY: "another program uses the device: end it",
+    errno.EADDRNOTAVAIL: "this machine has no such address: use 0.0.0.0 for all of its own",
+    errno.ENOENT: "there is no such device: connect it, or correct its path",
+    errno.EACCES: "give the user that runs Waydrop access to it",
+}
+
+
 class LinkGuard:
     """A FrameReceiver, made on the event loop. `open`, then mavsdk on `inner_url`, then `begin`; ended by `close`."""
 
@@ -118,7 +128,7 @@ class LinkGuard:
             name = self.connection.name
             raise LinkError(
                 f"cannot open {name}: {error.strerror or error}",
-                hint="another ground station or gateway may use it: end it, or choose another",
+                hint=_OPEN_HINTS.get(error.errno or 0, "check the connection in WAYDROP_CONNECTIONS or --connection"),
                 connection=name,
             ) from error
 
