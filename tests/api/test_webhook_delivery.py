@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import shutil
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -51,7 +52,8 @@ async def test_a_delivery_is_told_in_order_signed_once_and_with_its_order(
     assert not receiver.taken[0].is_signed_with("whsec_" + "x" * 44)
     for received in receiver.taken:
         message = received.message
-        assert received.headers["webhook-id"] == received.id == f"{service.storage.gateway_id}:{message['seq']}"
+        position = f"{service.storage.gateway_id}:{message['seq']}:{message['hash'][:12]}"
+        assert received.headers["webhook-id"] == received.id == position
         assert received.headers["Waydrop-Webhook"] == hook_id
         assert received.headers["Content-Type"] == "application/json"
         assert message["run"]["order_id"] == plan["order"]["id"]
@@ -130,6 +132,26 @@ async def test_over_a_restart_nothing_is_lost_and_nothing_that_was_taken_comes_a
         receiver.usual = 200
         await receiver.until(lambda: len(receiver.taken) == 2 * len(DELIVERED))
     assert receiver.types() == DELIVERED * 2
+    assert len({received.id for received in receiver.taken}) == 2 * len(DELIVERED)
+
+
+async def test_after_a_restored_backup_no_id_is_used_again_for_another_message(
+    tmp_path: Path, plan: dict[str, Any], receiver: Receiver
+) -> None:
+    data, backup = tmp_path / "data", tmp_path / "backup"
+    data.mkdir()
+    async with run_service(data) as service:
+        plan_id = await a_plan(service, plan)
+        await hook(service, receiver)
+    shutil.copytree(data, backup)
+    async with run_service(data) as service:
+        await deliver(service.services.journal, plan_id, "run-1")
+        await receiver.until(lambda: len(receiver.taken) == len(DELIVERED))
+    async with run_service(backup) as service:
+        await deliver(service.services.journal, plan_id, "run-2")
+        await receiver.until(lambda: len(receiver.taken) == 2 * len(DELIVERED))
+    seqs = [received.message["seq"] for received in receiver.taken]
+    assert seqs[: len(DELIVERED)] == seqs[len(DELIVERED) :], "the restored journal numbers its events as before"
     assert len({received.id for received in receiver.taken}) == 2 * len(DELIVERED)
 
 

@@ -78,7 +78,7 @@ class Message(Frozen):
 
 
 def messages_of(event: Event, notifications: Sequence[Notification], order_id: str | None) -> tuple[Message, ...]:
-    """The messages of one event. Its id is GATEWAY:SEQ; further ones of the same event have a number behind it."""
+    """The messages of one event, with the IDs GATEWAY:SEQ:HASH, GATEWAY:SEQ:HASH.1 and so on."""
     return tuple(
         _message(
             event, one.type, number, run=RunSummary.of(one.run, order_id), drop=one.drop, attachment=one.attachment
@@ -128,9 +128,13 @@ def job_messages(event: Event) -> tuple[Message, ...]:
             return ()
 
 
+ID_HASH_CHARS: Final = 12
+"""After a backup is restored, a `seq` is used again for another event; its hash is another one."""
+
+
 def _message(event: Event, kind: DeliveryEvent, number: int = 0, **about: Any) -> Message:
     return Message(
-        id=f"{event.gateway}:{event.seq}" + (f".{number}" if number else ""),
+        id=f"{event.gateway}:{event.seq}:{event.hash[:ID_HASH_CHARS]}" + (f".{number}" if number else ""),
         type=kind,
         time=event.time,
         gateway=event.gateway,

@@ -12,14 +12,17 @@ from app.domain.webhooks.message import job_messages
 from tests.support.job_examples import a_job
 from tests.support.reasons import some
 
+HASH = "9d0e4b7f21c8" + "0" * 52
+
 
 def event_of(payload: AnyPayload) -> Event:
-    return NewEvent.of(payload, 5.0).numbered(7, "gw-1", "ab")
+    return NewEvent.of(payload, 5.0).numbered(7, "gw-1", HASH)
 
 
 def told(payload: AnyPayload) -> list[str]:
     messages = job_messages(event_of(payload))
-    assert all((one.id, one.time, one.seq, one.hash, one.run) == ("gw-1:7", 5.0, 7, "ab", None) for one in messages)
+    expected = (f"gw-1:7:{HASH[:12]}", 5.0, 7, HASH, None)
+    assert all((one.id, one.time, one.seq, one.hash, one.run) == expected for one in messages)
     return [one.type.value for one in messages]
 
 

@@ -87,7 +87,8 @@ def test_a_run_told_whole_after_events_were_left_out_tells_all_that_is_new_in_it
     lifecycle.take(created)
     messages = messages_of(whole, lifecycle.take(whole), "order-7")
     assert [message.type.value for message in messages] == ["drop.kept", "drop.kept", "delivery.aborted"]
-    assert [message.id for message in messages] == ["gw-1:4", "gw-1:4.1", "gw-1:4.2"]
+    position = f"gw-1:4:{whole.hash[:12]}"
+    assert [message.id for message in messages] == [position, f"{position}.1", f"{position}.2"]
     assert {message.run.order_id for message in messages if message.run} == {"order-7"}
 
 
