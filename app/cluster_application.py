@@ -49,7 +49,7 @@ from app.services.remote.journal import ClusterJournal
 from app.services.remote.runs import RemoteRuns
 from app.services.remote.shared_jobs import SharedJobs, shared_job_calls
 from app.services.remote.simulation import RemoteSimulation
-from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, receive_target
+from app.services.remote.targets import TARGETS_SUBJECT, SharedReports, SharedTargets
 from app.services.remote.webhooks import LEADER, LEADER_CALLS, RemoteWebhooks, webhook_calls
 from app.services.site_lease import SiteLease
 from app.storage import Storage
@@ -106,7 +106,8 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
             lambda: background(reporter.run(settings.telemetry_period_s), "reports"),
         )
         await stack.enter_async_context(background(reporting, "reporting"))
-        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, gateway.targets.report)))
+        reports = SharedReports(gateway.targets.report, clock)
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, reports.hear))
         await stack.enter_async_context(bus.answering(calls_of(site), server.answer))
         yield lease
 
@@ -126,8 +127,7 @@ async def api_node(settings: Settings) -> AsyncIterator[str]:
         bus = await stack.enter_async_context(open_bus(_bus(settings, "api")))
         node = _Node(settings, storage, journal, bus, clock, await stack.enter_async_context(plan_work()))
         targets = SharedTargets(clock, bus)
-        await stack.enter_async_context(background(targets.run(), "target reports"))
-        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, targets.hear)))
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, SharedReports(targets.report, clock).hear))
         projection = Projection(storage.projection, bus, clock, node.leading)
         stack.push_async_callback(projection.close)
         projection.start()

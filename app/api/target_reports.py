@@ -98,7 +98,7 @@ class ReportsSession(SocketSession):
                 message = await self._socket.receive()
                 if message.type is not WSMsgType.TEXT:
                     return None
-                await self._socket.send_str(self._answer(message.data).model_dump_json())
+                await self._socket.send_str((await self._answer(message.data)).model_dump_json())
                 await asyncio.sleep(0)  # buffered frames are read without a pause: yield to other tasks in between
                 await wait_until_writable(self._transport, self._send_timeout_s)
         except TimeoutError:
@@ -106,15 +106,16 @@ class ReportsSession(SocketSession):
         except ConnectionError:
             return None
 
-    def _answer(self, text: str) -> BaseModel:
+    async def _answer(self, text: str) -> BaseModel:
         try:
             frame = ReportFrame.model_validate_json(text)
         except ValidationError as error:
             return unreadable(text, ReportFrame, error)
         try:
-            return ReportAckFrame(id=frame.id, target=TargetView.of(self._targets.report(self._feed, frame.report)))
+            fix = await self._targets.accept(self._feed, frame.report)
         except WaydropError as error:
             return refused(frame.id, error)
+        return ReportAckFrame(id=frame.id, target=TargetView.of(fix))
 
 
 class ReportsEndpoint:

@@ -65,7 +65,7 @@ async def list_targets(call: Call[NoQuery, Empty]) -> web.Response:
 async def report_target(call: Call[NoQuery, TargetReport]) -> web.Response:
     """Report the position of a moving target, about once per second."""
     feed = require_feed(call.path_value("feed"))
-    return json_answer(TargetView.of(call.services.targets.report(feed, call.body)))
+    return json_answer(TargetView.of(await call.services.targets.accept(feed, call.body)))
 
 
 @ROUTES.route(

@@ -30,6 +30,10 @@ class Targets:
         self._clock = clock
         self._kept: dict[str, _Kept] = {}
 
+    async def accept(self, feed: str, report: TargetReport) -> TargetFix:
+        """Add a report of a client for all who follow the target. Raises as `report`."""
+        return self.report(feed, report)
+
     def report(self, feed: str, report: TargetReport) -> TargetFix:
         """Add a report. Repeating it has no effect.
 
@@ -37,6 +41,15 @@ class Targets:
             InvalidInputError: its time is in the future, so the clocks differ.
             ConflictError: a newer one is known, or there are too many feeds.
         """
+        age_s = self.checked_age_s(feed, report)
+        known = self._kept.get(feed)
+        if known is None or known.report != report:
+            self._kept.pop(self._in_the_way(feed), None)
+            self._kept[feed] = _Kept(report, max(age_s, 0.0), self._clock.monotonic())
+        return self.fix(feed)
+
+    def checked_age_s(self, feed: str, report: TargetReport) -> float:
+        """The age of a report that may be added, below zero if its clock is ahead. Raises as `report`."""
         age_s = self._clock.now() - report.time
         if age_s < -AHEAD_S:
             raise InvalidInputError(
@@ -48,10 +61,8 @@ class Targets:
             raise ConflictError(
                 "a newer report of this target was already received", hint="send reports in chronological order"
             )
-        if known is None or known.report != report:
-            self._make_room(feed)
-            self._kept[feed] = _Kept(report, max(age_s, 0.0), self._clock.monotonic())
-        return self.fix(feed)
+        self._in_the_way(feed)
+        return age_s
 
     def fix(self, feed: str) -> TargetFix:
         """Return the current estimate of a target. Raises NotFoundError."""
@@ -68,12 +79,13 @@ class Targets:
         """The current estimates of these targets, without unknown ones."""
         return {feed: self.fix(feed) for feed in feeds if feed in self._kept}
 
-    def _make_room(self, feed: str) -> None:
+    def _in_the_way(self, feed: str) -> str:
+        """The stale feed whose place this one takes; empty if there is room. Raises ConflictError."""
         if feed in self._kept or len(self._kept) < MOST_FEEDS:
-            return
+            return ""
         oldest = max(self._kept, key=lambda known: self.fix(known).age_s)
         if not self.fix(oldest).is_stale:
             raise ConflictError(
                 f"{MOST_FEEDS} feeds are already reporting, which is the limit", hint="wait until one has ended"
             )
-        del self._kept[oldest]
+        return oldest

@@ -16,6 +16,8 @@ from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 
 from app.api.websockets import CloseCode
 from app.services.access import Role
+from app.services.remote.targets import SharedTargets
+from tests.support.memory_cluster import MemoryBus
 from tests.support.raw_socket import DeafClient
 from tests.support.service_in_process import SETTINGS, Service, run_service
 from tests.support.slow_clients import closed
@@ -165,3 +167,22 @@ async def test_a_stop_of_the_service_ends_the_socket(service: Service) -> None:
         assert (await answer(socket, {"type": "report"}))["type"] == "error"
         await service.app.shutdown()
         assert await close_code(socket) == CloseCode.GOING_AWAY
+
+
+async def test_a_report_that_reaches_no_gateway_is_refused_and_not_shown(tmp_path: Path, clock: StillClock) -> None:
+    bus = MemoryBus()
+    targets = SharedTargets(clock, bus)
+    async with (
+        run_service(tmp_path, change=lambda services: replace(services, targets=targets)) as node,
+        reporter(node) as socket,
+    ):
+        assert (await report_target(node, report(age_s=2)))[0] == 200
+        bus.down = True
+        status, problem = await report_target(node, report())
+        assert (status, problem["code"]) == (503, "cluster.bus_down")
+        refused = await answer(socket, {"type": "report", "id": 7, "report": report()})
+        assert (refused["type"], refused["id"], refused["code"]) == ("error", 7, "cluster.bus_down")
+        _, _, known = await node.call("GET", "/api/v1/targets/ship-1")
+        assert known["age_s"] == 2, "gateways have no newer report"
+        bus.down = False
+        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "report_ack"

@@ -5,15 +5,13 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import AsyncExitStack, suppress
-from functools import partial
 
 from app.cluster import BusSettings, open_bus
 from app.domain.cluster.errors import BusDownError
 from app.domain.cluster.ports import Bus
 from app.domain.targets import TargetReport
-from app.services.background import background
 from app.services.clock import SystemClock
-from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, receive_target
+from app.services.remote.targets import TARGETS_SUBJECT, SharedReports, SharedTargets
 from app.services.targets import Targets
 from tests.support.service_process import until
 from tools.cluster_servers import NatsServer
@@ -41,9 +39,11 @@ async def test_a_report_reaches_everybody_in_one_message(nats: NatsServer) -> No
         buses = [await stack.enter_async_context(open_bus(BusSettings(servers=(nats.url,), name="x"))) for _ in "abc"]
         nodes = [SharedTargets(SystemClock(), bus) for bus in buses[:2]]
         for bus, node in zip(buses, nodes, strict=False):
-            await stack.enter_async_context(background(node.run(), "target reports"))
-            await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, node.hear)))
-        await stack.enter_async_context(buses[2].hearing(TARGETS_SUBJECT, partial(receive_target, gateway.report)))
+            await stack.enter_async_context(
+                bus.hearing(TARGETS_SUBJECT, SharedReports(node.report, SystemClock()).hear)
+            )
+        heard = SharedReports(gateway.report, SystemClock())
+        await stack.enter_async_context(buses[2].hearing(TARGETS_SUBJECT, heard.hear))
         await stack.enter_async_context(buses[2].hearing(TARGETS_SUBJECT, told.append))
         for number, bus in enumerate(buses):  # subscribed to in the order above
             await until(lambda n=number, bus=bus: heard_of(bus, b"%d" % n, told), bool, "it is heard", SOON_S)  # type: ignore[misc]
@@ -55,7 +55,7 @@ async def test_a_report_reaches_everybody_in_one_message(nats: NatsServer) -> No
         now_s = time.time()
         for number, node in enumerate((*nodes, *nodes)):
             newest = report_at(now_s - 10.0 + number)
-            node.report("boat", newest)
+            await node.accept("boat", newest)
             for other in (*nodes, gateway):
                 await until(
                     lambda other=other: asyncio.sleep(0, [fix.report for fix in other.all()]),  # type: ignore[misc]
