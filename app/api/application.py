@@ -37,6 +37,7 @@ from app.api.audit import audited
 from app.api.authentication import PUBLIC, authenticate, require_role
 from app.api.bodies import NUL, BodyMemory, check_head, meet_expectation, read_body, read_query
 from app.api.conversions import RENDERINGS, Renderings
+from app.api.cors import Cors
 from app.api.documents import DOCUMENTS, Documents, EncodedDocuments, encode
 from app.api.gateways import elsewhere
 from app.api.guard import Guard, add_security_headers, guarded, is_handshake
@@ -139,7 +140,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     Serve it with `web.AppRunner(app, access_log=None)`: it logs requests itself.
     """
     metrics = Metrics(services.fleet, services.runs, services.loop_watch.delays, services.links)
-    guard = Guard(settings.allowed_hosts, settings.allowed_origins)
+    guard, cors = Guard(settings.allowed_hosts, settings.allowed_origins), Cors(settings.allowed_origins)
     app = web.Application(
         middlewares=[
             behind_proxies(TrustedProxies(settings.trusted_proxies)),
@@ -147,6 +148,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
             audited(services.audit, ROUTES),
             answer_problems,
             guarded(guard, PROBED),
+            cors.preflights,
         ],
         client_max_size=settings.max_body_bytes,
     )
@@ -167,6 +169,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     maps.add_to(app)
     Pages(settings.web_root, maps).add_to(app)
     app.on_response_prepare.append(add_security_headers)
+    app.on_response_prepare.append(cors.add_headers)
     return app
 
 

@@ -24,7 +24,7 @@ class Guard:
 
     def __init__(self, allowed_hosts: Iterable[str], allowed_origins: Iterable[str]) -> None:
         self._hosts = LOOPBACK_HOSTS | {host.lower() for host in allowed_hosts}
-        self._origins = frozenset(origin.lower().rstrip("/") for origin in allowed_origins)
+        self._origins = frozenset(normal_origin(origin) for origin in allowed_origins)
 
     def check_host(self, request: web.Request) -> None:
         """Raise ApiError unless Host is an allowed name. A page that uses DNS rebinding sends its own name."""
@@ -49,6 +49,11 @@ class Guard:
 
     def _is_ours(self, origin: str, host: str) -> bool:
         return origin in self._origins or origin in {f"http://{host}", f"https://{host}"}
+
+
+def normal_origin(origin: str) -> str:
+    """An origin as it is compared: scheme and host have no case, and people write a slash behind it."""
+    return origin.lower().rstrip("/")
 
 
 def is_handshake(request: web.Request) -> bool:
