@@ -30,6 +30,13 @@ from app.services.loop_watch import BOUNDS_S, LoopDelays
 CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 
 
+SOCKET_BOUNDS_S: Final = (1.0, 10.0, 60.0, 600.0, 3600.0, 21600.0, 86400.0)
+SWITCHED: Final = 101
+"""Switching Protocols: the response to a websocket's handshake."""
+CANCELLED: Final = 0
+"""In place of a status: the handler was cancelled before it responded."""
+
+
 class Metrics:
     """Counts requests, and reads gauges from the fleet and the runs when scraped."""
 
@@ -39,6 +46,13 @@ class Metrics:
             "waydrop_http_requests", "Requests answered", ("method", "route", "status"), registry=self._registry
         )
         self._seconds = Histogram("waydrop_http_request_seconds", "Response time", ("route",), registry=self._registry)
+        self._socket_seconds = Histogram(
+            "waydrop_websocket_seconds",
+            "How long websockets were open",
+            ("route",),
+            buckets=SOCKET_BOUNDS_S,
+            registry=self._registry,
+        )
         self.sockets = Gauge("waydrop_websocket_clients", "Open websockets", registry=self._registry)
         self._closed = Counter(
             "waydrop_websocket_closed",
@@ -50,10 +64,16 @@ class Metrics:
         self._registry.register(_Snapshot(fleet, runs, delays, links))
 
     def count_request(self, method: str, route: str, status: int, took_s: float) -> None:
-        """Count a request. Unknown methods share one label, so that clients cannot exhaust memory with names."""
+        """Count a request. Unknown methods share one label, so that clients cannot exhaust memory with names.
+
+        A websocket ends when its client leaves, and a cancelled request has no response: neither is a response time.
+        """
         known = method if method in {"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"} else "other"
         self._requests.labels(known, route, str(status)).inc()
-        self._seconds.labels(route).observe(took_s)
+        if status == SWITCHED:
+            self._socket_seconds.labels(route).observe(took_s)
+        elif status != CANCELLED:
+            self._seconds.labels(route).observe(took_s)
 
     def count_close(self, code: int) -> None:
         """Count a websocket that the service closed."""
@@ -177,7 +197,7 @@ def request_log(metrics: Metrics) -> Middleware:
         given = request.headers.get(HEADER, "")
         request[_ID] = given if _GIVEN_ID.match(given) else secrets.token_hex(8)
         begun = time.perf_counter()
-        status = 0  # the handler was cancelled
+        status = CANCELLED
         try:
             response = await handler(request)
             status = response.status

@@ -156,6 +156,17 @@ class SocketSession:
             self.ended.set_result(code)
 
 
+class ServedSocket(web.WebSocketResponse):
+    """`closed_with` is the code by which aiohttp itself closed the socket: after a frame too large, or malformed."""
+
+    closed_with: int | None = None
+
+    async def close(self, *, code: int = WSCloseCode.OK, message: bytes = b"", drain: bool = True) -> bool:
+        if not self.closed and code != WSCloseCode.OK:
+            self.closed_with = code
+        return await super().close(code=code, message=message, drain=drain)
+
+
 class WebSocketHandshake:
     """The sockets of one path, at most `max_sockets` at once. `name` identifies them in the log."""
 
@@ -286,8 +297,8 @@ class WebSocketHandshake:
         self._of_tokens[_share_of(principal)] -= 1
         self._of_tokens += Counter()  # drop counters at zero
 
-    def _socket(self, heartbeat_s: float | None, writer_limit: int) -> web.WebSocketResponse:
-        return web.WebSocketResponse(
+    def _socket(self, heartbeat_s: float | None, writer_limit: int) -> ServedSocket:
+        return ServedSocket(
             heartbeat=heartbeat_s,
             max_msg_size=MAX_INCOMING_BYTES,
             compress=False,
@@ -310,14 +321,13 @@ class WebSocketHandshake:
             except (StorageError, TooManyAttemptsError):
                 log.warning("cannot check the token of a websocket")
 
-    async def _shut(self, request: web.Request, socket: web.WebSocketResponse, code: CloseCode | None) -> None:
+    async def _shut(self, request: web.Request, socket: ServedSocket, code: CloseCode | None) -> None:
         """Close with a code, and drop the connection even if the client reads nothing."""
         transport = request.transport
-        reason = b""
-        if code is not None:
-            self._metrics.count_close(code)
-            log.info(f"{self._name} closed", code=int(code), client=request.remote)
-            reason = self._reasons.get(code, "").encode()
+        reason = b"" if code is None else self._reasons.get(code, "").encode()
+        if (told := socket.closed_with if code is None else code) is not None:
+            self._metrics.count_close(told)
+            log.info(f"{self._name} closed", code=int(told), client=request.remote)
         try:
             async with asyncio.timeout(self._settings.close_grace_s):
                 await socket.close(code=WSCloseCode.OK if code is None else code, message=reason, drain=False)

@@ -9,6 +9,7 @@ from typing import Any
 from app.api import ApiServices
 from app.domain.vehicle.link_security import LinkSecurity, RefusalKind, Refused, Relayed
 from tests.support.service_in_process import Service, run_service
+from tests.support.socket_limits import sockets_open
 
 
 async def test_a_healthy_service_is_alive_and_ready(service: Service) -> None:
@@ -48,6 +49,19 @@ async def test_metrics_count_requests_sockets_events_runs_and_vehicles(service: 
     assert 'waydrop_vehicles{link="connected"} 1.0' in lines
     assert 'waydrop_vehicles{link="lost"} 1.0' in lines
     assert 'waydrop_runs_open{state="flying"} 0.0' in lines
+
+
+async def test_the_life_of_a_socket_is_no_response_time(service: Service) -> None:
+    async with service.http.ws_connect(f"{service.url}/api/v1/stream") as socket:
+        await socket.receive_json()
+    await sockets_open(service, 0)
+    lines = set((await service.call("GET", "/metrics"))[2].splitlines())
+    assert 'waydrop_http_requests_total{method="GET",route="/api/v1/stream",status="101"} 1.0' in lines
+    assert 'waydrop_websocket_seconds_count{route="/api/v1/stream"} 1.0' in lines
+    assert not [line for line in lines if line.startswith('waydrop_http_request_seconds_count{route="/api/v1/stream"')]
+    await service.call("GET", "/api/v1/vehicles")
+    text = (await service.call("GET", "/metrics"))[2]
+    assert 'waydrop_http_request_seconds_count{route="/api/v1/vehicles"} 1.0' in text
 
 
 async def test_metrics_tell_what_the_link_guards_pass_and_refuse(service: Service) -> None:

@@ -70,6 +70,16 @@ async def test_a_message_that_is_too_large_closes_with_1009(service: Service) ->
     async with listen(service) as client:
         await client.socket.send_str("x" * 5000)
         assert await client.close_code() == 1009
+    await sockets_open(service, 0)
+    assert await closed(service, 1009) == 1
+
+
+async def test_a_client_that_leaves_was_not_closed_by_the_service(service: Service) -> None:
+    async with listen(service) as client:
+        await client.frame("hello")
+        await client.socket.close(code=1009)
+    await sockets_open(service, 0)
+    assert await closed(service, 1009) == 0
 
 
 async def test_a_client_that_does_not_answer_pings_is_let_go(tmp_path: Path) -> None:
