@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping
 from typing import Final
 
 from aiohttp import web
@@ -34,8 +36,14 @@ async def create_plan(call: Call[NoQuery, Plan]) -> web.Response:
 
 
 def _created(view: PlanView) -> web.Response:
-    headers = {"Location": f"{API}/plans/{view.id}", "ETag": etag_of(view.hash)}
-    return json_answer(view, status=201, headers=headers)
+    return _tagged(view, status=201, headers={"Location": f"{API}/plans/{view.id}"})
+
+
+def _tagged(view: PlanView, *, status: int, headers: Mapping[str, str]) -> web.Response:
+    """With an ETag of what is sent: another version may find and predict something else for the same document."""
+    body = view.model_dump_json().encode()
+    tag = etag_of(hashlib.sha256(body).hexdigest())
+    return web.Response(body=body, status=status, content_type=JSON, headers={"ETag": tag, **headers})
 
 
 @ROUTES.route("GET", "/plans", Role.VIEWER, Answer(200, "The plans", PlansView), errors=("storage.failed",))
@@ -55,10 +63,10 @@ async def list_plans(call: Call[ListQuery, Empty]) -> web.Response:
 async def get_plan(call: Call[NoQuery, Empty]) -> web.Response:
     """Get a plan with its findings and timeline."""
     view = await call.services.plans.get(call.path_value("plan_id"))
-    headers = {"ETag": etag_of(view.hash), "Cache-Control": "private, no-cache"}
-    if is_unchanged(call.request, headers["ETag"]):
-        return web.Response(status=304, headers=headers)
-    return json_answer(view, headers=headers)
+    caching = {"Cache-Control": "private, no-cache"}
+    response = _tagged(view, status=200, headers=caching)
+    tag = response.headers["ETag"]
+    return web.Response(status=304, headers={"ETag": tag, **caching}) if is_unchanged(call.request, tag) else response
 
 
 @ROUTES.route(

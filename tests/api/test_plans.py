@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.support.service_in_process import Service
+from app.domain.rules import Finding, Severity
+from app.services.plan_checks import PlanCheck
+from tests.support.service_in_process import Service, run_service
 
 
 async def test_a_plan_is_stored_and_found_at_its_location(service: Service, plan: dict[str, Any]) -> None:
     status, headers, made = await service.call("POST", "/api/v1/plans", json=plan)
     assert status == 201
-    assert headers["ETag"] == f'"{made["hash"]}"'
     assert made["created_by"] == "local"
 
     status, headers, read = await service.call("GET", headers["Location"])
@@ -33,6 +35,20 @@ async def test_a_client_that_has_the_plan_is_not_sent_it_again(service: Service,
         assert (status, body, headers["ETag"]) == (304, "", etag)
     status, _, body = await service.call("GET", path, headers={"If-None-Match": '"other"'})
     assert (status, body["id"]) == (200, made["id"])
+
+
+async def test_a_client_gets_what_another_version_finds_in_the_same_plan(
+    tmp_path: Path, plan: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with run_service(tmp_path) as before:
+        _, headers, made = await before.call("POST", "/api/v1/plans", json=plan)
+    finding = Finding(code="battery.new", severity=Severity.WARNING, pointer="", message="found by this version only")
+    monkeypatch.setattr("app.services.plans.check", lambda *_: PlanCheck(findings=(finding,), timeline=None))
+    async with run_service(tmp_path) as after:
+        known = {"If-None-Match": headers["ETag"]}
+        status, changed, read = await after.call("GET", headers["Location"], headers=known)
+        assert (status, [one["code"] for one in read["findings"]]) == (200, ["battery.new"])
+        assert (read["hash"], changed["ETag"] != headers["ETag"]) == (made["hash"], True)
 
 
 async def test_a_document_that_is_no_plan_is_refused_with_pointers(service: Service, plan: dict[str, Any]) -> None:
