@@ -250,7 +250,7 @@ def _add_stream(
 
 
 def _add_socket(app: web.Application, path: str, handler: HttpHandler) -> None:
-    app.router.add_get(path, handler, allow_head=False, expect_handler=meet_expectation)
+    app.router.add_get(path, handler, expect_handler=meet_expectation)
 
 
 def _running(broadcast: Broadcast) -> Callable[[web.Application], AsyncIterator[None]]:

@@ -130,7 +130,10 @@ def _query() -> dict[str, Any]:
         "minimum": 0,
         "description": "replay all events after this position; without it, no events are replayed",
     }
-    gateway = {"type": "string", "description": "the `gateway` of the hello frame that `after` belongs to"}
+    gateway = {
+        "type": "string",
+        "description": "the `gateway` of the hello frame that `after` belongs to; only with `after`",
+    }
     return {"type": "object", "properties": {"after": after, "gateway": gateway}}
 
 

@@ -198,21 +198,24 @@ async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) 
         raise ApiError("request.timeout", f"the request body was incomplete after {timeout_s:g} s") from None
 
 
+QUERY_INVALID: Final = "request.query_invalid"
+
+
 def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
     """Validate the query parameters. Raises ApiError if one is unknown, repeated or invalid."""
     query = request.query
     repeated = sorted({name for name in query if len(query.getall(name)) > 1})
     if repeated:
-        raise ApiError("request.query_invalid", f"repeated query parameters: {', '.join(repeated)}")
+        raise ApiError(QUERY_INVALID, f"repeated query parameters: {', '.join(repeated)}")
     if with_nul := [name for name, value in query.items() if NUL in value]:
-        raise ApiError("request.query_invalid", f"NUL character in query parameters: {', '.join(with_nul)}")
+        raise ApiError(QUERY_INVALID, f"NUL character in query parameters: {', '.join(with_nul)}")
     try:
         return model.model_validate(dict(query))
     except ValidationError as error:
         findings = findings_of(error, model, dict(query), code_of="query.{}".format, noun="query parameter")
         known = ", ".join(_names(model)) or "none"
         raise ApiError(
-            "request.query_invalid",
+            QUERY_INVALID,
             "; ".join(finding.message for finding in findings),
             hint=f"supported query parameters: {known}",
             findings=[finding.model_dump(mode="json") for finding in findings],

@@ -58,7 +58,7 @@ def normal_origin(origin: str) -> str:
 
 def is_handshake(request: web.Request) -> bool:
     """Whether the request opens a websocket: CORS does not apply to websockets."""
-    return request.headers.get("Upgrade", "").strip().lower() == "websocket"
+    return request.method == "GET" and request.headers.get("Upgrade", "").strip().lower() == "websocket"
 
 
 def guarded(guard: Guard, open_paths: frozenset[str]) -> Middleware:

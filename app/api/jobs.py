@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 from app.api.bodies import Empty, json_answer, json_body
 from app.api.models import Identifier, ListQuery, only_states_of
 from app.api.routing import API, STORED, Answer, Call, NoQuery, Routes
+from app.domain.errors import InvalidInputError
 from app.domain.jobs.job import Job, JobState
 from app.domain.ports.stores import JobFilter
 from app.services.access import Role
@@ -99,12 +100,18 @@ async def get_job(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 @ROUTES.route(
-    "PATCH", "/jobs/{job_id}", Role.DISPATCHER, Answer(200, "The updated job", Job), errors=(*STORED, "job.wrong_state")
+    "PATCH",
+    "/jobs/{job_id}",
+    Role.DISPATCHER,
+    Answer(200, "The updated job", Job),
+    errors=(*STORED, "job.wrong_state", "input.invalid"),
 )
 async def update_job(call: Call[NoQuery, JobUpdate]) -> web.Response:
     """Update the priority or position of a waiting job."""
-    jobs = call.services.jobs
-    return json_answer(await jobs.move(call.path_value("job_id"), call.body, actor=call.principal.name))
+    job_id = call.path_value("job_id")
+    if call.body.before == job_id:
+        raise InvalidInputError("a job cannot wait before itself", hint="name another waiting job in before")
+    return json_answer(await call.services.jobs.move(job_id, call.body, actor=call.principal.name))
 
 
 @ROUTES.route("POST", "/jobs/{job_id}/cancel", Role.DISPATCHER, _ACCEPTED, errors=(*STORED, "job.wrong_state"))

@@ -10,7 +10,9 @@ from typing import Any, Final, Literal
 from aiohttp import WSMsgType, web
 from pydantic import BaseModel, ValidationError
 
+from app.api.bodies import read_query
 from app.api.observability import Metrics
+from app.api.routing import NoQuery
 from app.api.settings import ApiSettings
 from app.api.targets import TargetView, require_feed
 from app.api.websockets import (
@@ -141,6 +143,7 @@ class ReportsEndpoint:
         )
 
     async def _serve(self, request: web.Request, socket: web.WebSocketResponse, feed: str) -> CloseCode | None:
+        read_query(request, NoQuery)
         transport = request.transport
         if transport is None:
             return None

@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import to_jsonable_python
 
 from app.api.authentication import LOCAL, SUBPROTOCOL, authenticate_socket, require_role
+from app.api.bodies import QUERY_INVALID
 from app.api.guard import is_handshake
 from app.api.observability import Metrics, note_code, note_principal
 from app.api.problems import ApiError, Boundary, kind_of
@@ -32,7 +33,7 @@ class CloseCode(IntEnum):
     POLICY = 1008
     DEFECT = 1011
     TRY_AGAIN = 1013
-    BAD_AFTER = 4400
+    BAD_QUERY = 4400
     UNAUTHORIZED = 4401
     ROLE = 4403
     NO_VEHICLE = 4404
@@ -46,6 +47,7 @@ COMMON_CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
     CloseCode.GOING_AWAY: "the service is shutting down",
     CloseCode.DEFECT: "internal server error",
     CloseCode.TRY_AGAIN: "temporarily unavailable; connect again later",
+    CloseCode.BAD_QUERY: "this websocket takes no query parameters",
     CloseCode.UNAUTHORIZED: "a valid token is required",
 }
 """What any websocket may be closed with, for people; at most 123 bytes (RFC 6455)."""
@@ -202,7 +204,8 @@ class WebSocketHandshake:
     ) -> web.WebSocketResponse:
         """Open a socket, `serve` it if the role allows, and close it with the code that `serve` returns.
 
-        None: the client has gone. `serve` may raise StorageError, and ConnectionError if the client disconnects.
+        None: the client has gone. `serve` may raise StorageError, ConnectionError if the client disconnects, and the
+        ApiError of `read_query`.
 
         Raises:
             ApiError (503, 429): too many sockets, in total or of this token; (401, 403): too many rejections in
@@ -278,6 +281,10 @@ class WebSocketHandshake:
             return CloseCode.TRY_AGAIN
         except ConnectionError:
             return None
+        except ApiError as error:
+            if error.code != QUERY_INVALID:
+                raise
+            return CloseCode.BAD_QUERY
 
     def _take_place(self, principal: Principal) -> None:
         if self._of_tokens.total() >= self._max_sockets:

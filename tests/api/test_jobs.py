@@ -163,6 +163,14 @@ async def test_a_job_is_not_begun_before_its_time_and_holds_up_nobody(service: S
     assert (await job_of(service, later["id"]))["state"] == "queued"
 
 
+async def test_a_job_cannot_be_moved_before_itself(service: Service) -> None:
+    await stop(service)
+    job = await queue(service, vehicle=service.v1)
+    path = f"/api/v1/jobs/{job['id']}"
+    status, _, problem = await service.call("PATCH", path, json={"before": job["id"]})
+    assert (status, problem["code"]) == (422, "input.invalid")
+
+
 async def test_priority_then_place_decide_the_order(service: Service) -> None:
     await stop(service)
     made = [await queue(service, vehicle=service.v1, priority=priority) for priority in (0, 0, 5)]

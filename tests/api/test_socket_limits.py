@@ -44,6 +44,20 @@ async def test_a_plain_get_of_the_stream_is_told_to_upgrade(service: Service) ->
     assert "/api/v1/events" in problem["hint"]
 
 
+@pytest.mark.parametrize("headers", [{}, HANDSHAKE], ids=["plain", "handshake"])
+@pytest.mark.parametrize("path", ["/api/v1/stream", "/api/v1/targets/ship-1/reports"])
+async def test_a_head_request_is_answered_as_a_plain_get(service: Service, path: str, headers: dict[str, str]) -> None:
+    async with service.http.head(service.url + path, headers=headers) as response:
+        assert (response.status, response.headers["Upgrade"]) == (426, "websocket")
+
+
+@pytest.mark.parametrize("path", ["/api/v1/vehicles/v1/offboard", "/api/v1/targets/ship-1/reports"])
+async def test_a_socket_without_parameters_closes_with_4400_if_it_is_given_one(service: Service, path: str) -> None:
+    async with service.http.ws_connect(f"{service.url}{path}?rate_hz=20") as socket:
+        message = await socket.receive(timeout=60)
+        assert (message.type, message.data) == (aiohttp.WSMsgType.CLOSE, 4400)
+
+
 @pytest.mark.parametrize(
     "headers", [{"Sec-WebSocket-Key": "short"}, {"Sec-WebSocket-Version": "99"}, {"Connection": "close"}]
 )

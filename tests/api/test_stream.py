@@ -92,6 +92,13 @@ async def test_a_bad_after_closes_with_4400(service: Service) -> None:
             assert await client.close_code() == 4400, bad
 
 
+async def test_a_parameter_that_the_stream_does_not_know_closes_with_4400(service: Service) -> None:
+    gateway = service.storage.gateway_id
+    for bad in ("?befor=1", "?after=1&vehicle=v1", f"?gateway={gateway}", f"?after=1&gateway={gateway}&gateway=x"):
+        async with asyncio.timeout(30), listen(service, bad) as client:
+            assert await client.close_code() == 4400, bad
+
+
 async def test_a_close_says_why_in_words_too(service: Service) -> None:
     async with service.http.ws_connect(f"{service.url}/api/v1/stream?after=x") as socket:
         message = await socket.receive()

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from app.api.audit import FrameAudit
 from app.api.authentication import require_role
+from app.api.bodies import read_query
 from app.api.observability import Metrics
 from app.api.offboard.frames import (
     CLOSE_REASONS,
@@ -41,6 +42,7 @@ from app.api.offboard.frames import (
     action_of,
 )
 from app.api.offboard.models import AuditView, ClampView
+from app.api.routing import NoQuery
 from app.api.settings import ApiSettings
 from app.api.tasks import ACTIONS
 from app.api.websockets import (
@@ -315,6 +317,7 @@ class OffboardEndpoint:
     async def _serve(
         self, request: web.Request, socket: web.WebSocketResponse, principal: Principal
     ) -> CloseCode | None:
+        read_query(request, NoQuery)
         try:
             vehicle = self._offboard.vehicle(request.match_info["vehicle_id"])
             queue_service = self._tasks.vehicle(request.match_info["vehicle_id"])

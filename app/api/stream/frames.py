@@ -63,7 +63,7 @@ FRAMES: tuple[type[BaseModel], ...] = (HelloFrame, SnapshotFrame, EventFrame, Te
 CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
     **COMMON_CLOSE_REASONS,
     CloseCode.POLICY: "this socket is read-only; send nothing",
-    CloseCode.BAD_AFTER: "after= must be a non-negative integer",
+    CloseCode.BAD_QUERY: "after= must be a non-negative integer, gateway= belongs to it, and nothing else is known",
     CloseCode.TOO_SLOW: "too slow: reconnect with after= the last event received",
     CloseCode.AFTER_AHEAD: "after= belongs to another journal; reconnect without it",
     CloseCode.AFTER_PRUNED: "events after after= were deleted by age; reconnect without after, or with after=0",

@@ -10,13 +10,14 @@ from collections.abc import Mapping, Sequence
 from contextlib import aclosing
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Annotated, Final, Self
 
 import structlog
 from aiohttp import WSMsgType, web
-from pydantic import TypeAdapter
-from pydantic_core import to_json
+from pydantic import Field, TypeAdapter, model_validator
+from pydantic_core import PydanticCustomError, to_json
 
+from app.api.bodies import read_query
 from app.api.observability import Metrics
 from app.api.ports import FleetApi, RunsApi
 from app.api.settings import ApiSettings
@@ -31,6 +32,7 @@ from app.api.websockets import (
     wait_until_writable,
 )
 from app.domain.errors import EventsPrunedError, StorageError
+from app.domain.model import FrozenForm
 from app.domain.ports.journal import EventReader
 from app.services.access import Access, Role
 from app.services.background import end_tasks
@@ -393,6 +395,23 @@ class Session:
             await self._connection.write(data, self._settings.send_timeout_s)
 
 
+class StreamQuery(FrozenForm):
+    """Where to begin: behind event `after` of the journal that `gateway` of hello named."""
+
+    after: Annotated[str, Field(pattern=r"^[0-9]{1,16}$")] | None = None
+    gateway: str | None = None
+
+    @model_validator(mode="after")
+    def _a_gateway_belongs_to_a_position(self) -> Self:
+        if self.gateway is not None and self.after is None:
+            raise PydanticCustomError("after_missing", "gateway is the journal that after counts in: give both")
+        return self
+
+    def position(self) -> tuple[int | None, str | None]:
+        """The number of the event and its journal."""
+        return None if self.after is None else int(self.after), self.gateway
+
+
 class StreamEndpoint:
     """GET /api/v1/stream. Errors are close codes, because browsers do not expose the HTTP status of a handshake."""
 
@@ -416,25 +435,12 @@ class StreamEndpoint:
         )
 
     async def _serve(self, request: web.Request, socket: web.WebSocketResponse) -> CloseCode | None:
-        try:
-            after = _after(request)
-        except ValueError:
-            return CloseCode.BAD_AFTER
+        after, gateway = read_query(request, StreamQuery).position()
         transport = request.transport
         if transport is None:
             return None
-        if after is not None and request.query.get("gateway", self._settings.gateway) != self._settings.gateway:
+        if gateway is not None and gateway != self._settings.gateway:
             return CloseCode.AFTER_AHEAD
         bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = Session(socket, transport, self._sources, self._settings)
         return await self._handshake.run_session(request, session.outbox, lambda: session.run(after))
-
-
-def _after(request: web.Request) -> int | None:
-    """Parse `after` of the query. Raises ValueError unless it is one non-negative integer."""
-    given = request.query.getall("after", [])
-    if not given:
-        return None
-    if len(given) > 1 or not given[0].isascii() or not given[0].isdigit() or len(given[0]) > 16:
-        raise ValueError("after")
-    return int(given[0])
