@@ -27,6 +27,12 @@ class ListQuery(FrozenForm):
     limit: Limit = 50
 
 
+class PlansQuery(ListQuery):
+    """Query parameters of the list of plans. `older_than`: the page after this plan, taken from `next`."""
+
+    older_than: Identifier | None = None
+
+
 class EventsQuery(FrozenForm):
     """Query parameters of a page of events."""
 
@@ -88,9 +94,12 @@ class VehiclesView(BaseModel):
 
 
 class PlansView(BaseModel):
-    """Plans without their documents, newest first."""
+    """Plans without their documents, newest first. Pass `next` as `older_than` to get the next page; it is null on the
+    last page.
+    """
 
     plans: list[PlanHead]
+    next: str | None = None
 
 
 class EventsView(BaseModel):

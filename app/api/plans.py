@@ -9,7 +9,7 @@ from typing import Final
 from aiohttp import web
 
 from app.api.bodies import JSON, PLAN_BODY, Empty, etag_of, is_unchanged, json_answer, json_body
-from app.api.models import ListQuery, PlanCheckRequest, PlansView
+from app.api.models import PlanCheckRequest, PlansQuery, PlansView
 from app.api.routing import API, STORED, VEHICLE, Answer, Call, NoQuery, Routes
 from app.domain.plan import Plan
 from app.domain.prediction import CALM
@@ -46,10 +46,13 @@ def _tagged(view: PlanView, *, status: int, headers: Mapping[str, str]) -> web.R
     return web.Response(body=body, status=status, content_type=JSON, headers={"ETag": tag, **headers})
 
 
-@ROUTES.route("GET", "/plans", Role.VIEWER, Answer(200, "The plans", PlansView), errors=("storage.failed",))
-async def list_plans(call: Call[ListQuery, Empty]) -> web.Response:
+@ROUTES.route("GET", "/plans", Role.VIEWER, Answer(200, "The plans", PlansView), errors=STORED)
+async def list_plans(call: Call[PlansQuery, Empty]) -> web.Response:
     """List plans, newest first."""
-    return json_answer(PlansView(plans=list(await call.services.plans.list_plans(call.query.limit))))
+    query = call.query
+    found = await call.services.plans.list_plans(query.limit + 1, query.older_than)
+    page = list(found[: query.limit])
+    return json_answer(PlansView(plans=page, next=page[-1].id if len(found) > query.limit else None))
 
 
 @ROUTES.route(

@@ -81,9 +81,11 @@ class KnownPlans:
         self._kept.clear()
         return kept
 
-    async def list_plans(self, limit: int) -> Sequence[StoredPlan]:
-        """Newest first. Raises StorageError."""
-        return await self._store.list_plans(limit=limit)
+    async def list_plans(self, limit: int, older_than: str | None = None) -> Sequence[StoredPlan]:
+        """Newest first. Raises NotFoundError if `older_than` is no plan, StorageError."""
+        if older_than is not None:
+            await self.stored(older_than)
+        return await self._store.list_plans(limit=limit, older_than=older_than)
 
 
 CACHED_VIEWS: Final = 32
@@ -227,9 +229,13 @@ class Plans:
         self._views.clear()
         return self._known.forget()
 
-    async def list_plans(self, limit: int) -> Sequence[PlanHead]:
-        """Newest first, without their documents: to predict each of them takes too long for a list."""
-        return [PlanHead.model_validate(plan, from_attributes=True) for plan in await self._known.list_plans(limit)]
+    async def list_plans(self, limit: int, older_than: str | None = None) -> Sequence[PlanHead]:
+        """Newest first, without their documents: to predict each of them takes too long for a list.
+
+        Raises NotFoundError if `older_than` is no plan, StorageError.
+        """
+        found = await self._known.list_plans(limit, older_than)
+        return [PlanHead.model_validate(plan, from_attributes=True) for plan in found]
 
     async def _view_of(self, stored: StoredPlan) -> PlanView:
         try:

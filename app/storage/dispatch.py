@@ -38,8 +38,10 @@ class TablePlanStore:
         rows = await self._database.read(sa.select(PLANS).where(PLANS.c.id == plan_id))
         return _stored(rows[0]) if rows else None
 
-    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+    async def list_plans(self, *, limit: int, older_than: str | None = None) -> Sequence[StoredPlan]:
         query = sa.select(PLANS).order_by(PLANS.c.position.desc()).limit(limit)
+        if older_than is not None:
+            query = query.where(_is_older(PLANS, older_than))
         return tuple([_stored(row) for row in await self._database.read(query)])
 
 
@@ -122,8 +124,13 @@ def _conditions(table: sa.Table, wanted: RunFilter | JobFilter) -> Iterator[sa.C
     if wanted.states:
         yield table.c.state.in_(sorted(state.value for state in wanted.states))
     if wanted.older_than is not None:
-        last = sa.select(table.c.position).where(table.c.id == wanted.older_than).scalar_subquery()
-        yield table.c.position < last
+        yield _is_older(table, wanted.older_than)
+
+
+def _is_older(table: sa.Table, row_id: str) -> sa.ColumnElement[bool]:
+    """Rows that were stored before one; none if it is unknown."""
+    last = sa.select(table.c.position).where(table.c.id == row_id).scalar_subquery()
+    return table.c.position < last
 
 
 def _run(row: sa.RowMapping) -> Run:

@@ -27,6 +27,20 @@ async def test_a_plan_is_stored_and_found_at_its_location(service: Service, plan
     assert [entry["id"] for entry in listed["plans"]] == [made["id"]]
 
 
+async def test_plans_come_page_by_page_while_others_are_stored(service: Service, plan: dict[str, Any]) -> None:
+    made = [(await service.call("POST", "/api/v1/plans", json=plan))[2]["id"] for _ in range(5)]
+    seen, path = [], "/api/v1/plans?limit=2"
+    following: str | None = ""
+    while following is not None:
+        _, _, page = await service.call("GET", path + (f"&older_than={following}" if following else ""))
+        seen += [one["id"] for one in page["plans"]]
+        following = page["next"]
+        await service.call("POST", "/api/v1/plans", json=plan)
+    assert seen == made[::-1]
+    status, _, problem = await service.call("GET", "/api/v1/plans?older_than=plan-9")
+    assert (status, problem["code"]) == (404, "resource.not_found")
+
+
 async def test_a_client_that_has_the_plan_is_not_sent_it_again(service: Service, plan: dict[str, Any]) -> None:
     _, headers, made = await service.call("POST", "/api/v1/plans", json=plan)
     path, etag = headers["Location"], headers["ETag"]

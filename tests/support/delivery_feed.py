@@ -23,5 +23,5 @@ class Plans:
             raise StorageError("the disk failed to read or write")
         return PLAN if plan_id == PLAN.id else None
 
-    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+    async def list_plans(self, *, limit: int, older_than: str | None = None) -> Sequence[StoredPlan]:
         return [PLAN]

@@ -48,7 +48,7 @@ class MemoryPlans:
     async def get(self, plan_id: str) -> StoredPlan | None:
         return self.plans.get(plan_id)
 
-    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+    async def list_plans(self, *, limit: int, older_than: str | None = None) -> Sequence[StoredPlan]:
         return list(self.plans.values())[:limit]
 
 

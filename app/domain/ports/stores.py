@@ -223,8 +223,8 @@ class PlanStore(Protocol):
     async def get(self, plan_id: str) -> StoredPlan | None:
         """One plan."""
 
-    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
-        """Newest first."""
+    async def list_plans(self, *, limit: int, older_than: str | None = None) -> Sequence[StoredPlan]:
+        """Newest first. `older_than`: only plans stored before the one with this ID, for the next page."""
 
 
 @dataclass(frozen=True, slots=True)

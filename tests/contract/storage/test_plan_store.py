@@ -45,3 +45,12 @@ async def test_plans_are_listed_newest_first_even_if_the_clock_goes_back(stores:
     await stores.events.append([], plans=[replace(plan(2), created_at=1000.0)])
     assert [one.id for one in await stores.plans.list_plans(limit=10)] == ["plan-2", "plan-1"]
     assert [one.id for one in await stores.plans.list_plans(limit=1)] == ["plan-2"]
+
+
+async def test_the_next_page_begins_behind_the_plan_that_the_last_one_ended_with(stores: Stores) -> None:
+    for number in range(1, 6):
+        await stores.events.append([], plans=[plan(number)])
+    assert [one.id for one in await stores.plans.list_plans(limit=2, older_than="plan-4")] == ["plan-3", "plan-2"]
+    assert [one.id for one in await stores.plans.list_plans(limit=2, older_than="plan-2")] == ["plan-1"]
+    assert await stores.plans.list_plans(limit=2, older_than="plan-1") == ()
+    assert await stores.plans.list_plans(limit=2, older_than="plan-9") == ()

@@ -47,7 +47,7 @@ class MemoryPlanStore:
         self.reads += 1
         return self.plans.get(plan_id)
 
-    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+    async def list_plans(self, *, limit: int, older_than: str | None = None) -> Sequence[StoredPlan]:
         """See PlanStore."""
         return list(self.plans.values())[::-1][:limit]
 

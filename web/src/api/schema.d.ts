@@ -4807,11 +4807,17 @@ export interface components {
         };
         /**
          * PlansView
-         * @description Plans without their documents, newest first.
+         * @description Plans without their documents, newest first. Pass `next` as `older_than` to get the next page; it is null on the
+         *     last page.
          */
         PlansView: {
             /** Plans */
             plans: components["schemas"]["PlanHead"][];
+            /**
+             * Next
+             * @default null
+             */
+            next: string | null;
         };
         /**
          * Point
@@ -12884,6 +12890,7 @@ export interface operations {
             query?: {
                 /** @description maximum number of results */
                 limit?: number;
+                older_than?: string | null;
             };
             header?: never;
             path?: never;
@@ -12911,6 +12918,15 @@ export interface operations {
             };
             /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `resource.not_found`: Resource not found */
+            404: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17411,7 +17427,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `input.invalid`: Invalid document; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;

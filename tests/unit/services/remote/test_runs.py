@@ -48,7 +48,7 @@ class NoPlans:
         """See PlanStore."""
         return None
 
-    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+    async def list_plans(self, *, limit: int, older_than: str | None = None) -> Sequence[StoredPlan]:
         """See PlanStore."""
         return ()
 
