@@ -59,7 +59,8 @@ class MemoryJobs:
 
     async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
         jobs = [job for job in self._events.jobs.values() if not (wanted.open_only and job.is_over)]
-        return jobs[::-1][:limit]
+        named = [job for job in jobs if wanted.vehicle_id in (None, job.vehicle_id or job.selector.vehicle)]
+        return named[::-1][:limit]
 
     async def list_queues(self) -> Sequence[VehicleQueue]:
         return tuple(self._events.queues.values())
@@ -75,13 +76,14 @@ class JobService:
     events: MemoryEventStore = field(default_factory=MemoryEventStore)
     clock: ShiftedClock = field(default_factory=ShiftedClock)
 
-    async def begin(self) -> None:
+    async def begin(self, *, hears_vehicles: bool = True) -> None:
         """Start a service."""
         plans = MemoryPlans()
         plans.add(parse_plan(ROUTE))
         self.journal = Journal(self.events, self.clock)
         await self.journal.start()
-        self.fleet = Fleet(KnownLinks(*self.vehicles), self.journal, site=self.site)
+        self.links = KnownLinks(*(self.vehicles if hears_vehicles else ()))
+        self.fleet = Fleet(self.links, self.journal, site=self.site)
         await self.fleet.start()
         self.plans = Plans(KnownPlans(plans), self.journal, self.clock)
         runs = MemoryRuns(self.events)
@@ -96,10 +98,14 @@ class JobService:
         for part in (self.jobs, self.runs, self.fleet, self.journal):
             await part.close()
 
-    async def restart(self) -> None:
-        """Another process on the same disk."""
+    async def restart(self, *, hears_vehicles: bool = True) -> None:
+        """Another process on the same disk. Unless it hears the vehicles, they are off until `switch_on`."""
         await self.end()
-        await self.begin()
+        await self.begin(hears_vehicles=hears_vehicles)
+
+    def switch_on(self) -> None:
+        """The vehicles send their first messages to this process."""
+        self.links.find(*self.vehicles)
 
     def die_at(self, event: int) -> None:
         """From this event on nothing is stored any more, as after a kill."""

@@ -38,6 +38,13 @@ def why_not_ready(vehicle: VehicleReadiness) -> tuple[Refusal, ...]:
     return tuple(_reasons(vehicle))
 
 
+def why_unseen(stopped: Reason | None = None) -> tuple[Refusal, ...]:
+    """Return what is known of a vehicle that never connected. `stopped`: why its queue is stopped."""
+    message = "the vehicle has not connected since Waydrop started"
+    unknown = _refusal(VehicleRefusal.UNKNOWN, message, "list the vehicles to see their IDs")
+    return (unknown,) if stopped is None else (unknown, _queue_stopped(stopped))
+
+
 def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> tuple[Refusal, ...]:
     """Return the requirements of the job that the vehicle does not meet."""
     return tuple(_not_selected(vehicle_id, battery_percent, selector))
@@ -76,9 +83,13 @@ def _reasons(vehicle: VehicleReadiness) -> Iterator[Refusal]:
     if state.in_failsafe:
         yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe", "resolve the cause of the failsafe")
     if vehicle.stopped is not None:
-        hint = "check the vehicle, then resume its job queue"
-        refusal = _refusal(VehicleRefusal.QUEUE_STOPPED, "its queue is stopped", hint)
-        yield refusal.model_copy(update={"reason": vehicle.stopped})
+        yield _queue_stopped(vehicle.stopped)
+
+
+def _queue_stopped(why: Reason) -> Refusal:
+    hint = "check the vehicle, then resume its job queue"
+    refusal = _refusal(VehicleRefusal.QUEUE_STOPPED, "its queue is stopped", hint)
+    return refusal.model_copy(update={"reason": why})
 
 
 def _not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> Iterator[Refusal]:

@@ -51,6 +51,12 @@ class JobQueue:
         return self._holders.get(vehicle_id)
 
     @cached_property
+    def vehicle_ids(self) -> frozenset[str]:
+        """The vehicles that jobs have, and those that waiting jobs name."""
+        named = (vehicle_id for job in self.waiting for vehicle_id in job.selector.named)
+        return frozenset((*named, *(job.vehicle_id for job in self.active if job.vehicle_id is not None)))
+
+    @cached_property
     def _waiting_for(self) -> tuple[tuple[int, ...], Mapping[str, tuple[int, ...]]]:
         """Places among those that wait: of the jobs that any vehicle may get, and of those that name vehicles."""
         for_any: list[int] = []

@@ -19,6 +19,7 @@ from app.domain.jobs.assignment import (
     why_not_selected,
     why_not_trusted,
     why_unfit,
+    why_unseen,
 )
 from app.domain.jobs.job import MOST_REFUSALS, Candidate, Refusal, VehicleRefusal, VehicleSelector
 from app.domain.plan import Plan, plan_hash
@@ -210,6 +211,4 @@ def _now_s() -> float:
 
 
 def _unseen(vehicle_id: str) -> Candidate:
-    message = "the vehicle has not connected since Waydrop started"
-    refusal = Refusal(code=VehicleRefusal.UNKNOWN.value, message=message, hint="list the vehicles to see their IDs")
-    return Candidate(vehicle_id=vehicle_id, refusals=(refusal,))
+    return Candidate(vehicle_id=vehicle_id, refusals=why_unseen())

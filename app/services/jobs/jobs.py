@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError, WaydropError
-from app.domain.jobs.assignment import VehicleReadiness, chosen_of, hopeless, why_not_ready
+from app.domain.jobs.assignment import VehicleReadiness, chosen_of, hopeless, why_not_ready, why_unseen
 from app.domain.jobs.job import TAKEN_WITHIN_S, Job, JobState
 from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.ports.journal import EventJournal
@@ -20,6 +20,7 @@ from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.availability import VehicleAvailability
 from app.services.jobs.changes import JobChanges, parsed, refuse_past
+from app.services.jobs.known_vehicles import KnownVehicles
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
 from app.services.jobs.time_slice import TimeSlice
@@ -55,6 +56,7 @@ class Jobs:
         self._repository = JobRepository(store, journal, clock, settings.capacity)
         self._availability = VehicleAvailability(fleet, runs, self._repository)
         self._assessment = Assessment(fleet, settings.facts_s, plans.work)
+        self._known = KnownVehicles(fleet, self._repository, store, runs)
         self._changes = JobChanges(self._repository, store, plans, clock)
         self._withdrawal = Withdrawal(runs, self._repository)
         parts = (self._repository, runs, plans, self._availability, self._assessment)
@@ -78,7 +80,7 @@ class Jobs:
         Raises:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
-        self._refuse_unseen(request)
+        await self._known.require(*request.selector().named)
         job = await self._changes.create(request, actor, answer)
         try:
             return await self._with_candidates(job, SHOWN_WITHIN_S)
@@ -93,7 +95,7 @@ class Jobs:
         Raises NotFoundError, InvalidInputError, PlanInvalid, StorageError.
         """
         refuse_past(request, self._clock.now())
-        self._refuse_unseen(request)
+        await self._known.require(*request.selector().named)
         wind = CALM if request.wind is None else request.wind.wind()
         plan = await self._plans.plan(request.plan) if isinstance(request.plan, str) else await parsed(request)
         vehicles = await self._availability.all()
@@ -166,10 +168,15 @@ class Jobs:
         return job.changed(now=self._clock.now(), claim=job.claim.model_copy(update={"taken": True}))
 
     async def queues(self) -> JobQueuesView:
-        """All waiting jobs, and the state of each vehicle's queue."""
+        """All waiting jobs, and the state of each vehicle's queue; of one that was not heard yet if it is stopped or
+        there are jobs for it.
+        """
         queue, time_slice, vehicles = self._repository.queue, TimeSlice(), []
         for vehicle in await self._availability.all():
             vehicles.append(self._vehicle_view(vehicle, queue))
+            await time_slice.take()
+        for vehicle_id in self._known.unseen():
+            vehicles.append(self._unseen_view(vehicle_id, queue))
             await time_slice.take()
         return JobQueuesView(
             dispatching=self._task is not None and not self._task.done(),
@@ -180,7 +187,7 @@ class Jobs:
 
     async def stop(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """Begin and start nothing on this vehicle; a run that flies goes on. Raises NotFoundError, StorageError."""
-        self._fleet.vehicle(vehicle_id)
+        await self._known.require(vehicle_id)
         now, why = self._clock.now(), Reason.of(ReasonCode.QUEUE_STOPPED, actor=actor)
 
         def stopped(queue: VehicleQueue) -> VehicleQueue:
@@ -188,11 +195,11 @@ class Jobs:
 
         await self._repository.change_vehicle(vehicle_id, stopped, "stopped")
         self._withdrawal.hold_back(vehicle_id, why)
-        return self._vehicle_view(self._availability.one(vehicle_id))
+        return self._queue_view(vehicle_id)
 
     async def resume(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """An operator has looked at the vehicle: its queue goes on. Raises NotFoundError, StorageError."""
-        self._fleet.vehicle(vehicle_id)
+        await self._known.require(vehicle_id)
         newest, now = await self._availability.newest_run(vehicle_id), self._clock.now()
 
         def resumed(queue: VehicleQueue) -> VehicleQueue:
@@ -201,13 +208,28 @@ class Jobs:
 
         await self._repository.change_vehicle(vehicle_id, resumed, "resumed")
         self._scheduler.wake()
-        return self._vehicle_view(self._availability.one(vehicle_id))
+        return self._queue_view(vehicle_id)
 
     async def _with_candidates(self, job: Job, facts_s: float | None = None) -> Job:
         if job.state is not JobState.QUEUED:
             return job
         candidates = await self._scheduler.candidates(job, facts_s)
         return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
+
+    def _queue_view(self, vehicle_id: str) -> VehicleQueueView:
+        if self._known.is_seen(vehicle_id):
+            return self._vehicle_view(self._availability.one(vehicle_id))
+        return self._unseen_view(vehicle_id, self._repository.queue)
+
+    def _unseen_view(self, vehicle_id: str, queue: JobQueue) -> VehicleQueueView:
+        of_vehicle, holder = self._repository.vehicle(vehicle_id), queue.holder_of(vehicle_id)
+        return VehicleQueueView(
+            queue=of_vehicle,
+            ready=False,
+            refusals=why_unseen(of_vehicle.reason if of_vehicle.stopped else None),
+            job_id=None if holder is None else holder.id,
+            waiting=queue.waiting_for(vehicle_id, None),
+        )
 
     def _vehicle_view(self, vehicle: VehicleReadiness, queue: JobQueue | None = None) -> VehicleQueueView:
         queue = queue or self._repository.queue
@@ -220,7 +242,3 @@ class Jobs:
             job_id=None if holder is None else holder.id,
             waiting=queue.waiting_for(vehicle.vehicle_id, vehicle_type),
         )
-
-    def _refuse_unseen(self, request: JobRequest) -> None:
-        for vehicle_id in request.selector().named:
-            self._fleet.vehicle(vehicle_id)

@@ -49,6 +49,15 @@ class JobRepository:
     def vehicle(self, vehicle_id: str) -> VehicleQueue:
         return self._vehicles.get(vehicle_id) or VehicleQueue(vehicle_id=vehicle_id)
 
+    def has_vehicle(self, vehicle_id: str) -> bool:
+        """Whether its queue was ever stopped or cleared, or an open job has or names it."""
+        return vehicle_id in self._vehicles or vehicle_id in self.queue.vehicle_ids
+
+    def vehicle_ids(self) -> frozenset[str]:
+        """The vehicles whose queues are stopped, and those that open jobs have or name."""
+        stopped = (queue.vehicle_id for queue in self._vehicles.values() if queue.stopped)
+        return self.queue.vehicle_ids.union(stopped)
+
     async def add(self, make: Callable[[float], Job], actor: str, answer: AnswerTo[Job] | None = None) -> Job:
         """A new job; `make` gets its rank. `answer`: stored in the same commit. Raises JobQueueFullError,
         StorageError.

@@ -34,10 +34,16 @@ class SiteCandidates:
         self._gateways = gateways
 
     def sites_for(self, request: JobRequest) -> Sequence[str]:
-        """The sites that may fly it. Raises NotFoundError: a vehicle that it names. GatewayUnreachableError."""
-        for vehicle_id in request.selector().named:
-            self._fleet.view(vehicle_id)
+        """The sites that may fly it. Raises NotFoundError: a vehicle that it names. GatewayUnreachableError.
+
+        Of a single site its gateway knows better: after a restart a vehicle that is off is in its journal alone.
+        """
         sites = self._sites(request)
+        for vehicle_id in request.selector().named:
+            if len(sites) == 1:
+                self._fleet.require_site(vehicle_id)
+            else:
+                self._fleet.view(vehicle_id)
         if not sites:
             raise GatewayUnreachableError("no gateway has reported yet", hint="see that gateways run and reach NATS")
         return sites

@@ -212,6 +212,11 @@ class RemoteFleet:
             raise self._unknown(vehicle_id)
         return self._shown(*seen)
 
+    def require_site(self, vehicle_id: str) -> None:
+        """Raises NotFoundError: no gateway of the vehicle's site has reported."""
+        if site_of(vehicle_id) not in self._reports:
+            raise self._unknown(vehicle_id)
+
     def _unknown(self, vehicle_id: str) -> NotFoundError:
         known = ", ".join(view.id for view in self.vehicles()) or "none yet"
         return NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")

@@ -164,7 +164,7 @@ class RemoteJobs:
         return await self._caller.call(SHARED_JOBS, SHARED_JOBS, method, Job, **arguments)
 
     async def _queue(self, method: str, vehicle_id: str, actor: str) -> VehicleQueueView:
-        self._fleet.view(vehicle_id)
+        self._fleet.require_site(vehicle_id)
         view: VehicleQueueView = await self._gateways.call(
             site_of(vehicle_id), method, VehicleQueueView, vehicle_id=vehicle_id, actor=actor
         )

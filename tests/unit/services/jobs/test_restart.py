@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.errors import StorageError
+from app.domain.errors import NotFoundError, StorageError
 from app.domain.jobs.job import Job, JobState
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
@@ -204,3 +204,50 @@ async def test_moves_that_use_up_the_numbers_between_two_jobs_survive_a_restart(
         assert [job.id for job in (await service.jobs.queues()).waiting] == [first, second, last]
         ranks = [service.events.jobs[job_id].rank for job_id in (first, second, last)]
         assert ranks == sorted(set(ranks)), "each has a rank of its own"
+
+
+async def test_the_queue_of_a_vehicle_that_is_off_is_stopped_before_it_is_switched_on() -> None:
+    async with job_service() as service:
+        job = await service.order(vehicle="v1", auto_start=True, not_before=at(service, 600.0))
+        await service.restart(hears_vehicles=False)
+        listed = (await service.jobs.queues()).vehicles
+        assert [(one.queue.vehicle_id, one.ready, one.waiting) for one in listed] == [("v1", False, (job.id,))]
+        stopped = await service.jobs.stop("v1", "ward 3")
+        assert [one.code for one in stopped.refusals] == ["vehicle.unknown", "vehicle.queue_stopped"]
+        service.clock.ahead_s = 601.0
+        service.switch_on()
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert (service.job(job).state, service.armed()) == (JobState.QUEUED, 0)
+        await service.jobs.resume("v1", "anna")
+        await service.until_state(job, "flying")
+
+
+async def test_a_stopped_queue_is_listed_and_resumed_while_its_vehicle_is_off() -> None:
+    async with job_service() as service:
+        await service.jobs.stop("v1", "ward 3")
+        await service.restart(hears_vehicles=False)
+        assert [one.queue.stopped for one in (await service.jobs.queues()).vehicles] == [True]
+        assert (await service.jobs.resume("v1", "anna")).queue.stopped is False
+        assert (await service.jobs.queues()).vehicles == ()
+
+
+@pytest.mark.parametrize("fields", [{"vehicle": "v1"}, {"allowed_vehicles": ["v1"]}], ids=["named", "allowed"])
+async def test_a_job_is_accepted_for_a_vehicle_that_is_off_and_flew_before(fields: dict[str, object]) -> None:
+    async with job_service() as service:
+        flown = await service.order(vehicle="v1", auto_start=True)
+        await service.until_state(flown, "flying")
+        assert (await service.fly(flown)).state is JobState.COMPLETED
+        await service.restart(hears_vehicles=False)
+        job = await service.order(**fields)
+        assert [refusal.code for one in job.candidates for refusal in one.refusals] == ["vehicle.unknown"]
+        service.switch_on()
+        await service.until_state(job, "prepared")
+
+
+async def test_a_vehicle_of_which_nothing_is_stored_has_no_queue() -> None:
+    async with job_service() as service:
+        await service.order(vehicle="v1")
+        await service.restart(hears_vehicles=False)
+        for change in (service.jobs.stop("v9", "desk"), service.jobs.resume("v9", "desk"), service.order(vehicle="v9")):
+            with pytest.raises(NotFoundError):
+                await change
