@@ -112,13 +112,14 @@ def make_endpoint(
 
     async def answer(request: web.Request, principal: Principal, query: BaseModel, raw: bytes) -> web.StreamResponse:
         body = await asyncio.to_thread(route.body.parse, raw) if len(raw) > LARGE_BYTES else route.body.parse(raw)
-        if not route.idempotent:
+        if not route.is_idempotent:
             return await route.handler(Call(request, principal, query, body))
         return await idempotency.answer(
             request,
             principal,
             hashlib.sha256(raw).hexdigest(),
             lambda keyed: route.handler(Call(request, principal, query, body, keyed)),
+            is_urgent=route.is_urgent,
         )
 
     return endpoint

@@ -56,7 +56,6 @@ async def find_drop(request: web.Request) -> None:
     Answer(200, "The same file was attached before", Attachment, headers=("Location",)),
     body=FILE_BODY,
     errors=(*STORED, "state.conflict", "input.invalid", "attachment.quota_exceeded"),
-    idempotent=True,
     before_body=find_drop,
 )
 async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:

@@ -17,7 +17,9 @@ from app.domain.cluster.errors import NoReplyError
 from app.domain.errors import StorageError, WaydropError
 from app.domain.ports.stores import AnswerStore, ClaimStore, StoredAnswer
 from app.services.access import Principal
+from app.services.background import begin_task
 from app.services.clock import Clock
+from app.services.journal import STORED_WITHIN_S
 
 HEADER: Final = "Idempotency-Key"
 REPLAYED: Final = "Idempotency-Replayed"
@@ -57,7 +59,8 @@ class Idempotency:
     What a handler creates through `Call.answered` is stored in one commit with the response.
 
     A key is scoped to one token and one path. A second request with the same key waits for the first. With `claims`,
-    it is refused while the first is in progress on another node, or if the outcome of the first is unknown.
+    it is refused while the first is in progress on another node, or if the outcome of the first is unknown. Urgent
+    ones are carried out then, and if the disk does not answer: a pause that is sent twice does no harm.
     """
 
     def __init__(self, store: AnswerStore, clock: Clock, claims: ClaimStore | None = None) -> None:
@@ -65,6 +68,7 @@ class Idempotency:
         self._clock = clock
         self._claims = claims
         self._running: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
+        self._keeping: set[asyncio.Task[None]] = set()
 
     async def answer(
         self,
@@ -72,35 +76,21 @@ class Idempotency:
         principal: Principal,
         request_hash: str,
         make: Callable[[KeyedRequest | None], Awaitable[web.StreamResponse]],
+        *,
+        is_urgent: bool = False,
     ) -> web.StreamResponse:
         """Return the stored response of the key, or call `make` and store its response.
 
         Raises:
             ApiError: the key is invalid, was used with another body, or its first request has no known outcome.
-            StorageError: the stored responses cannot be read.
+            StorageError: the stored responses cannot be read, and the request is not urgent.
         """
-        given = request.headers.getall(HEADER, [])
-        if not given:
+        key = _key_of(request, principal)
+        if key is None:
             return await make(None)
-        if len(given) > 1 or not _KEY.match(given[0]):
-            raise ApiError(
-                "idempotency.key_invalid",
-                "Idempotency-Key must have 1 to 200 visible ASCII characters",
-                hint="use a UUID",
-            )
-        scope = "\n".join((principal.token_id or principal.name, request.method, request.path, given[0]))
-        key = hashlib.sha256(scope.encode()).hexdigest()
         lock = self._running.setdefault(key, asyncio.Lock())
         async with lock:
-            stored = await self._store.get(key)
-            if stored is None and not await self._claimed(key):
-                stored = await self._store.get(key)  # the other node may have ended meanwhile
-                if stored is None:
-                    raise ApiError(
-                        "idempotency.outcome_unknown",
-                        "a request with this Idempotency-Key is in progress on another node, or its outcome is unknown",
-                        hint="repeat it later; if it stays unknown, look at what was created, then use a new key",
-                    )
+            stored = await (self._begun_soon(key) if is_urgent else self._begun(key))
             if stored is not None:
                 return _replay(stored, request_hash)
             keyed = KeyedRequest(key, request_hash)
@@ -111,8 +101,38 @@ class Idempotency:
             except WaydropError:
                 await self._release(key)
                 raise
-            await self._keep(keyed, response)
+            await (self._keep_soon(keyed, response) if is_urgent else self._keep(keyed, response))
             return response
+
+    async def _begun(self, key: str) -> StoredAnswer | None:
+        """The stored answer. None: nobody has begun it. Raises ApiError: its outcome is unknown. StorageError."""
+        stored = await self._store.get(key)
+        if stored is not None or await self._claimed(key):
+            return stored
+        stored = await self._store.get(key)  # the other node may have ended meanwhile
+        if stored is None:
+            raise ApiError(
+                "idempotency.outcome_unknown",
+                "a request with this Idempotency-Key is in progress on another node, or its outcome is unknown",
+                hint="repeat it later; if it stays unknown, look at what was created, then use a new key",
+            )
+        return stored
+
+    async def _begun_soon(self, key: str) -> StoredAnswer | None:
+        """The stored answer. None: there is none, or it cannot be read within a moment."""
+        try:
+            async with asyncio.timeout(STORED_WITHIN_S):
+                return await self._begun(key)
+        except (TimeoutError, StorageError, ApiError):
+            log.warning("Idempotency-Key not read: the command is sent")
+            return None
+
+    async def _keep_soon(self, keyed: KeyedRequest, response: web.StreamResponse) -> None:
+        """As `_keep`; if the disk takes longer than a moment, it goes on after the response."""
+        task = begin_task(self._keep(keyed, response), "response kept")
+        self._keeping.add(task)
+        task.add_done_callback(self._keeping.discard)
+        await asyncio.wait({task}, timeout=STORED_WITHIN_S)
 
     async def _claimed(self, key: str) -> bool:
         return self._claims is None or await self._claims.claim(key, now=self._clock.now())
@@ -136,6 +156,21 @@ class Idempotency:
             # the request succeeded: an error now would make the client send it again
             then = "is executed again" if committed is None else "gets the one stored with what it created"
             log.error(f"response not stored: a repeated request {then}", error=error.detail)
+
+
+def _key_of(request: web.Request, principal: Principal) -> str | None:
+    """What a response is stored by; None without a key. Raises ApiError."""
+    given = request.headers.getall(HEADER, [])
+    if not given:
+        return None
+    if len(given) > 1 or not _KEY.match(given[0]):
+        raise ApiError(
+            "idempotency.key_invalid",
+            "Idempotency-Key must have 1 to 200 visible ASCII characters",
+            hint="use a UUID",
+        )
+    scope = "\n".join((principal.token_id or principal.name, request.method, request.path, given[0]))
+    return hashlib.sha256(scope.encode()).hexdigest()
 
 
 def _replay(stored: StoredAnswer, request_hash: str) -> web.Response:

@@ -62,7 +62,6 @@ _ACCEPTED: Final = Answer(202, "The job. Poll Location or read the stream to fol
     _ACCEPTED,
     body=json_body(JobRequest, with_plan=True),
     errors=(*_PLAN_ERRORS, "plan.rejected", "job.queue_full", "input.invalid"),
-    idempotent=True,
 )
 async def create_job(call: Call[NoQuery, JobRequest]) -> web.Response:
     """Create a job: queue a plan for one vehicle or any suitable one."""

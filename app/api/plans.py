@@ -27,7 +27,6 @@ ROUTES: Final = Routes("plans")
     Answer(201, "The plan as stored", PlanView, headers=("Location", "ETag")),
     body=PLAN_BODY,
     errors=("plan.rejected", "storage.failed"),
-    idempotent=True,
 )
 async def create_plan(call: Call[NoQuery, Plan]) -> web.Response:
     """Create a plan; rejects a plan with errors."""

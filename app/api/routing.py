@@ -85,8 +85,9 @@ HandlerT = TypeVar("HandlerT", bound=Callable[[Any], Awaitable[web.StreamRespons
 class Route:
     """A route. `role` None: no authentication. `errors` lists problem codes specific to this route.
 
-    `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject a request by its path, before a large body
-    is read. `is_audited` false: a check, a measurement or a renewal, which the audit does not record.
+    `unkeyed` says why an action takes no Idempotency-Key. `is_urgent`: it brings a vehicle to safety, so the key holds
+    it back for a moment at most. `before_body` may raise to reject a request by its path, before a large body is read.
+    `is_audited` false: a check, a measurement or a renewal, which the audit does not record.
     """
 
     method: Method
@@ -99,7 +100,8 @@ class Route:
     body: Body[Any]
     tag: str
     errors: tuple[str, ...]
-    idempotent: bool
+    unkeyed: str
+    is_urgent: bool
     is_audited: bool
     before_body: Callable[[web.Request], Awaitable[None]] | None
 
@@ -112,6 +114,11 @@ class Route:
     def is_action(self) -> bool:
         """Whether it changes something on behalf of a user, and is recorded for the audit."""
         return self.method != "GET" and self.is_audited
+
+    @property
+    def is_idempotent(self) -> bool:
+        """Whether it honours Idempotency-Key. Without one a repeated resume moves a vehicle that was paused since."""
+        return self.method == "POST" and self.is_audited and not self.unkeyed
 
     @property
     def takes_body(self) -> bool:
@@ -131,7 +138,7 @@ class Route:
             codes += ["origin.not_allowed", "request.content_type", "request.too_large", "request.timeout"]
             codes.append("request.body_memory_full")
             codes += self.body.codes
-        if self.idempotent:
+        if self.is_idempotent:
             codes += ["idempotency.key_invalid", "idempotency.key_reused", "idempotency.outcome_unknown"]
         return tuple(dict.fromkeys(codes))
 
@@ -152,7 +159,8 @@ class Routes(list[Route]):
         *answers: Answer,
         body: Body[Any] | None = None,
         errors: tuple[str, ...] = (),
-        idempotent: bool = False,
+        unkeyed: str = "",
+        is_urgent: bool = False,
         is_audited: bool = True,
         before_body: Callable[[web.Request], Awaitable[None]] | None = None,
     ) -> Callable[[HandlerT], HandlerT]:
@@ -176,7 +184,8 @@ class Routes(list[Route]):
                     body=body or (NO_BODY if model is Empty else json_body(model)),
                     tag=self._tag,
                     errors=errors,
-                    idempotent=idempotent,
+                    unkeyed=unkeyed,
+                    is_urgent=is_urgent,
                     is_audited=is_audited,
                     before_body=before_body,
                 )

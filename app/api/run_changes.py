@@ -92,7 +92,7 @@ _ERRORS: Final = (
 )
 
 
-@ROUTES.route("POST", "/runs/{run_id}/mission", Role.PILOT, ACCEPTED, errors=_ERRORS, idempotent=True)
+@ROUTES.route("POST", "/runs/{run_id}/mission", Role.PILOT, ACCEPTED, errors=_ERRORS)
 async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Response:
     """Change the mission in flight, without a pause: another plan or another next item."""
     run_id, asked = call.path_value("run_id"), call.body
@@ -100,9 +100,7 @@ async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Respo
     return accepted(run)
 
 
-@ROUTES.route(
-    "POST", "/runs/{run_id}/inserted-items", Role.PILOT, ACCEPTED, errors=("plan.invalid", *_ERRORS), idempotent=True
-)
+@ROUTES.route("POST", "/runs/{run_id}/inserted-items", Role.PILOT, ACCEPTED, errors=("plan.invalid", *_ERRORS))
 async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Response:
     """Insert items into the mission of a run in progress."""
     run_id, asked = call.path_value("run_id"), call.body
@@ -129,7 +127,6 @@ async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Respons
         "vehicle.busy",
         "vehicle.taken",
     ),
-    idempotent=True,
 )
 async def continue_run(call: Call[NoQuery, ContinuationRequest]) -> web.Response:
     """Create a run from the remaining items of a finished run; start it separately."""

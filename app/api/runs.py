@@ -119,7 +119,6 @@ _MODE_ERRORS = (*_ACTION_ERRORS, "vehicle.in_failsafe")
     Role.DISPATCHER,
     ACCEPTED,
     errors=(*STORED, *VEHICLE, *NEW_WORK, "state.conflict", "vehicle.busy", "vehicle.taken", "plan.rejected"),
-    idempotent=True,
 )
 async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
     """Create a run: upload a plan to a vehicle and optionally start it."""
@@ -186,7 +185,7 @@ async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
     return await _command(call, call.services.runs.start)
 
 
-@ROUTES.route("POST", "/runs/{run_id}/pause", Role.PILOT, ACCEPTED, errors=_MODE_ERRORS)
+@ROUTES.route("POST", "/runs/{run_id}/pause", Role.PILOT, ACCEPTED, errors=_MODE_ERRORS, is_urgent=True)
 async def pause_run(call: Call[NoQuery, Empty]) -> web.Response:
     """Pause a run: the vehicle holds."""
     return await _command(call, call.services.runs.pause)
@@ -198,25 +197,32 @@ async def resume_run(call: Call[NoQuery, Empty]) -> web.Response:
     return await _command(call, call.services.runs.resume)
 
 
-@ROUTES.route("POST", "/runs/{run_id}/return", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
+@ROUTES.route("POST", "/runs/{run_id}/return", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS, is_urgent=True)
 async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
     """End the mission and return to launch."""
     return await _command(call, call.services.runs.return_to_launch)
 
 
-@ROUTES.route("POST", "/runs/{run_id}/divert", Role.PILOT, ACCEPTED, errors=(*_ACTION_ERRORS, "run.divert_refused"))
+@ROUTES.route(
+    "POST",
+    "/runs/{run_id}/divert",
+    Role.PILOT,
+    ACCEPTED,
+    errors=(*_ACTION_ERRORS, "run.divert_refused"),
+    is_urgent=True,
+)
 async def divert_run(call: Call[NoQuery, Empty]) -> web.Response:
     """End the mission and divert to a rally point, which `rally` of the run names."""
     return await _command(call, call.services.runs.divert)
 
 
-@ROUTES.route("POST", "/runs/{run_id}/land", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
+@ROUTES.route("POST", "/runs/{run_id}/land", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS, is_urgent=True)
 async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
     """End the mission and land at the current position."""
     return await _command(call, call.services.runs.land)
 
 
-@ROUTES.route("POST", "/runs/{run_id}/abort", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
+@ROUTES.route("POST", "/runs/{run_id}/abort", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS, is_urgent=True)
 async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
     """Abort a run: on the ground at once, in flight by Return mode."""
     return await _command(call, call.services.runs.abort)

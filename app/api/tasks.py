@@ -91,7 +91,6 @@ async def get_tasks(call: Call[NoQuery, Empty]) -> web.Response:
     Role.PILOT,
     Answer(201, "The task was queued", TaskQueued, headers=("Location",)),
     errors=(*_LEASE, "task.refused", "task.queue_full"),
-    idempotent=True,
 )
 async def queue_task(call: Call[NoQuery, TaskRequest]) -> web.Response:
     """Queue a task: append, prepend, replace_current or replace_all."""
@@ -154,7 +153,8 @@ def _add_action(action: QueueAction, summary: str) -> None:
 
     handler.__name__ = f"{action}_task" if action == "next" else f"{action}_tasks"
     handler.__doc__ = summary
-    ROUTES.route("POST", f"/vehicles/{{vehicle_id}}/tasks/{action}", Role.PILOT, _VIEW, errors=_LEASE)(handler)
+    path, is_urgent = f"/vehicles/{{vehicle_id}}/tasks/{action}", action == "pause"
+    ROUTES.route("POST", path, Role.PILOT, _VIEW, errors=_LEASE, is_urgent=is_urgent)(handler)
 
 
 for _action, _summary in _SUMMARIES.items():

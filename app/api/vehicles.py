@@ -39,20 +39,25 @@ async def get_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 @ROUTES.route(
-    "POST", "/vehicles/{vehicle_id}/hold", Role.PILOT, _ACCEPTED, errors=(*_COMMAND_ERRORS, "vehicle.in_failsafe")
+    "POST",
+    "/vehicles/{vehicle_id}/hold",
+    Role.PILOT,
+    _ACCEPTED,
+    errors=(*_COMMAND_ERRORS, "vehicle.in_failsafe"),
+    is_urgent=True,
 )
 async def hold_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """Hold position (Hold mode)."""
     return await _command(call, call.services.commands.hold)
 
 
-@ROUTES.route("POST", "/vehicles/{vehicle_id}/return", Role.PILOT, _ACCEPTED, errors=_COMMAND_ERRORS)
+@ROUTES.route("POST", "/vehicles/{vehicle_id}/return", Role.PILOT, _ACCEPTED, errors=_COMMAND_ERRORS, is_urgent=True)
 async def return_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """Return to launch (Return mode)."""
     return await _command(call, call.services.commands.return_to_launch)
 
 
-@ROUTES.route("POST", "/vehicles/{vehicle_id}/land", Role.PILOT, _ACCEPTED, errors=_COMMAND_ERRORS)
+@ROUTES.route("POST", "/vehicles/{vehicle_id}/land", Role.PILOT, _ACCEPTED, errors=_COMMAND_ERRORS, is_urgent=True)
 async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """Land at the current position (Land mode)."""
     return await _command(call, call.services.commands.land)

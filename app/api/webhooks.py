@@ -33,7 +33,7 @@ class NewWebhookView(WebhookView):
     Role.ADMIN,
     Answer(201, "The webhook, including its secret", NewWebhookView, headers=("Location",)),
     errors=("state.conflict", "input.invalid", "events.pruned", "storage.failed"),
-    idempotent=False,  # the stored response would contain the secret
+    unkeyed="the stored response would contain the secret",
 )
 async def create_webhook(call: Call[NoQuery, WebhookRequest]) -> web.Response:
     """Create a webhook that sends signed delivery notifications."""

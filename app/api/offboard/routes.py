@@ -80,6 +80,7 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     Role.PILOT,
     Answer(201, "The lease", LeaseGrant, headers=("Location",)),
     errors=(*NEW_WORK, "resource.not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
+    unkeyed="the stored response would contain the ID of the lease, its holder's secret",
 )
 async def acquire_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
     """Acquire the lease."""
@@ -116,7 +117,7 @@ async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.
     return json_answer(control.view())
 
 
-@ROUTES.route("POST", "/vehicles/{vehicle_id}/offboard/lease/release", Role.PILOT, _VIEW, errors=_LEASE)
+@ROUTES.route("POST", "/vehicles/{vehicle_id}/offboard/lease/release", Role.PILOT, _VIEW, errors=_LEASE, is_urgent=True)
 async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     """Release the lease; a vehicle under offboard control is commanded to hold."""
     control = _control(call)
@@ -163,6 +164,7 @@ async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     Role.PILOT,
     _VIEW,
     errors=(*_LEASE, "state.conflict", "vehicle.in_failsafe", *_RUN, *_LINK),
+    is_urgent=True,
 )
 async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
     """Leave offboard control to Hold, the paused mission or Return, and release the lease."""

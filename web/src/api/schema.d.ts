@@ -9114,7 +9114,10 @@ export interface operations {
     hold_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -9133,7 +9136,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9178,7 +9181,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle; `vehicle.in_failsafe`: Failsafe active */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle; `vehicle.in_failsafe`: Failsafe active; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9223,7 +9226,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9282,7 +9285,10 @@ export interface operations {
     return_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -9301,7 +9307,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9346,7 +9352,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9391,7 +9397,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9450,7 +9456,10 @@ export interface operations {
     land_vehicle: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -9469,7 +9478,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9514,7 +9523,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9559,7 +9568,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9618,7 +9627,10 @@ export interface operations {
     end_quarantine: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -9635,7 +9647,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9680,7 +9692,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state */
+            /** @description `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9725,7 +9737,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9775,7 +9787,10 @@ export interface operations {
     set_up_link_key: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -9796,7 +9811,7 @@ export interface operations {
                     "application/json": components["schemas"]["LinkKeySetUp"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9841,7 +9856,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9886,7 +9901,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10372,7 +10387,10 @@ export interface operations {
     hand_over_offboard_lease: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -10393,7 +10411,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10438,7 +10456,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held */
+            /** @description `offboard.lease_lost`: Lease not held; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10483,7 +10501,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10533,7 +10551,10 @@ export interface operations {
     release_offboard_lease: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -10554,7 +10575,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10599,7 +10620,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held */
+            /** @description `offboard.lease_lost`: Lease not held; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10644,7 +10665,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10826,7 +10847,10 @@ export interface operations {
     enter_offboard: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -10847,7 +10871,7 @@ export interface operations {
                     "application/json": components["schemas"]["EntryView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10892,7 +10916,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `cluster.site_taken`: Another gateway has this site; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `vehicle.in_failsafe`: Failsafe active */
+            /** @description `offboard.lease_lost`: Lease not held; `cluster.site_taken`: Another gateway has this site; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `vehicle.in_failsafe`: Failsafe active; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10937,7 +10961,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10996,7 +11020,10 @@ export interface operations {
     leave_offboard: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -11017,7 +11044,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11062,7 +11089,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `vehicle.in_failsafe`: Failsafe active; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `vehicle.in_failsafe`: Failsafe active; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11107,7 +11134,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12082,7 +12109,10 @@ export interface operations {
     move_task: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
                 task_id: string;
@@ -12104,7 +12134,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12149,7 +12179,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12194,7 +12224,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12244,7 +12274,10 @@ export interface operations {
     next_task: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -12265,7 +12298,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12310,7 +12343,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12355,7 +12388,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12405,7 +12438,10 @@ export interface operations {
     clear_tasks: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -12426,7 +12462,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12471,7 +12507,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12516,7 +12552,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12566,7 +12602,10 @@ export interface operations {
     pause_tasks: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -12587,7 +12626,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12632,7 +12671,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12677,7 +12716,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12727,7 +12766,10 @@ export interface operations {
     resume_tasks: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -12748,7 +12790,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12793,7 +12835,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12838,7 +12880,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14571,7 +14613,10 @@ export interface operations {
     start_run: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
             };
@@ -14590,7 +14635,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14635,7 +14680,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `cluster.site_taken`: Another gateway has this site */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `cluster.site_taken`: Another gateway has this site; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14680,7 +14725,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed */
+            /** @description `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14739,7 +14784,10 @@ export interface operations {
     pause_run: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
             };
@@ -14758,7 +14806,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14803,7 +14851,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `vehicle.in_failsafe`: Failsafe active */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `vehicle.in_failsafe`: Failsafe active; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14848,7 +14896,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14907,7 +14955,10 @@ export interface operations {
     resume_run: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
             };
@@ -14926,7 +14977,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14971,7 +15022,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `vehicle.in_failsafe`: Failsafe active */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `vehicle.in_failsafe`: Failsafe active; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15016,7 +15067,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15075,7 +15126,10 @@ export interface operations {
     return_run: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
             };
@@ -15094,7 +15148,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15139,7 +15193,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15184,7 +15238,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15243,7 +15297,10 @@ export interface operations {
     divert_run: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
             };
@@ -15262,7 +15319,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15307,7 +15364,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `run.divert_refused`: Divert not possible */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `run.divert_refused`: Divert not possible; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15352,7 +15409,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15411,7 +15468,10 @@ export interface operations {
     land_run: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
             };
@@ -15430,7 +15490,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15475,7 +15535,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15520,7 +15580,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15579,7 +15639,10 @@ export interface operations {
     abort_run: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
             };
@@ -15598,7 +15661,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15643,7 +15706,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.taken`: Vehicle controlled by another client; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15688,7 +15751,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15747,7 +15810,10 @@ export interface operations {
     answer_consent: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 run_id: string;
                 item_id: string;
@@ -15769,7 +15835,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15814,7 +15880,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `drop.consent_not_asked`: No consent request pending; `drop.consent_too_late`: Consent request expired; `drop.consent_answered`: Consent request already answered */
+            /** @description `drop.consent_not_asked`: No consent request pending; `drop.consent_too_late`: Consent request expired; `drop.consent_answered`: Consent request already answered; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15859,7 +15925,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17477,7 +17543,10 @@ export interface operations {
     cancel_job: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 job_id: string;
             };
@@ -17496,7 +17565,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17541,7 +17610,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `job.wrong_state`: Command not allowed in the current job state */
+            /** @description `job.wrong_state`: Command not allowed in the current job state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -17586,7 +17655,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17636,7 +17705,10 @@ export interface operations {
     clear_job_claim: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 job_id: string;
             };
@@ -17653,7 +17725,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17698,7 +17770,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `job.wrong_state`: Command not allowed in the current job state */
+            /** @description `job.wrong_state`: Command not allowed in the current job state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -17743,7 +17815,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17885,7 +17957,10 @@ export interface operations {
     stop_job_queue: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -17902,7 +17977,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleQueueView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17947,6 +18022,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
@@ -17983,7 +18067,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -18033,7 +18117,10 @@ export interface operations {
     resume_job_queue: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 vehicle_id: string;
             };
@@ -18050,7 +18137,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleQueueView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -18095,6 +18182,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
@@ -18131,7 +18227,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -19691,7 +19787,10 @@ export interface operations {
     test_webhook: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path: {
                 webhook_id: string;
             };
@@ -19708,7 +19807,7 @@ export interface operations {
                     "application/json": components["schemas"]["WebhookTestView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -19753,7 +19852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `webhook.secret_lost`: Webhook secret cannot be decrypted */
+            /** @description `webhook.secret_lost`: Webhook secret cannot be decrypted; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -19798,7 +19897,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -19940,7 +20039,10 @@ export interface operations {
     set_simulator_fault: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -19959,7 +20061,7 @@ export interface operations {
                     "application/json": components["schemas"]["FaultSet"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -20004,7 +20106,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.refused`: Command rejected by the simulator */
+            /** @description `simulator.refused`: Command rejected by the simulator; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -20049,7 +20151,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -20442,7 +20544,10 @@ export interface operations {
     take_over: {
         parameters: {
             query?: never;
-            header?: never;
+            header?: {
+                /** @description Repeat a request with the same key and body to execute it only once */
+                "Idempotency-Key"?: string;
+            };
             path?: never;
             cookie?: never;
         };
@@ -20457,7 +20562,7 @@ export interface operations {
                     "application/json": components["schemas"]["SiteTakeoverView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -20502,7 +20607,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state */
+            /** @description `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -20547,7 +20652,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: Request body validation failed */
+            /** @description `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
