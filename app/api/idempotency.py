@@ -14,7 +14,7 @@ from aiohttp import web
 
 from app.api.problems import ApiError
 from app.domain.cluster.errors import NoReplyError
-from app.domain.errors import StorageError, WaydropError
+from app.domain.errors import LinkError, StorageError, VehicleRefusedError, WaydropError
 from app.domain.ports.stores import AnswerStore, ClaimStore, StoredAnswer
 from app.services.access import Principal
 from app.services.background import begin_task
@@ -56,7 +56,8 @@ class KeyedRequest:
 class Idempotency:
     """Stores successful responses. Errors are not stored: nothing was created, so the client may retry.
 
-    What a handler creates through `Call.answered` is stored in one commit with the response.
+    What a handler creates through `Call.answered` is stored in one commit with the response. That of a change which a
+    vehicle may have got, although it did not say so, stays: the run tells what came of it.
 
     A key is scoped to one token and one path. A second request with the same key waits for the first. With `claims`,
     it is refused while the first is in progress on another node, or if the outcome of the first is unknown. Urgent
@@ -98,8 +99,10 @@ class Idempotency:
                 response = await make(keyed)
             except (NoReplyError, StorageError):  # it may have been carried out: the claim stays
                 raise
-            except WaydropError:
+            except WaydropError as error:
                 await self._release(key)
+                if keyed.committed is not None and not _may_be_done(error):
+                    await self._forget(key)
                 raise
             await (self._keep_soon(keyed, response) if is_urgent else self._keep(keyed, response))
             return response
@@ -146,6 +149,13 @@ class Idempotency:
             # the client gets the answer of the request; another one with this key is refused
             log.error("Idempotency-Key not released", error=error.detail)
 
+    async def _forget(self, key: str) -> None:
+        """It was announced with its answer, and refused then: it may be requested again."""
+        try:
+            await self._store.forget(key)
+        except StorageError as error:
+            log.error("response not deleted: a repeated request gets it", error=error.detail)
+
     async def _keep(self, keyed: KeyedRequest, response: web.StreamResponse) -> None:
         answer, committed = keyed.answer(response), keyed.committed
         if answer is None or answer == committed:
@@ -156,6 +166,11 @@ class Idempotency:
             # the request succeeded: an error now would make the client send it again
             then = "is executed again" if committed is None else "gets the one stored with what it created"
             log.error(f"response not stored: a repeated request {then}", error=error.detail)
+
+
+def _may_be_done(error: WaydropError) -> bool:
+    """Whether what was announced may have reached the vehicle: a repetition must not do it again."""
+    return isinstance(error, LinkError) and not isinstance(error, VehicleRefusedError)
 
 
 def _key_of(request: web.Request, principal: Principal) -> str | None:

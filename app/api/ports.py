@@ -135,15 +135,38 @@ class RunsApi(RunReader, Protocol):
 
 
 class ReroutingApi(Protocol):
-    """Changes of the mission of a run."""
+    """Changes of the mission of a run. `answer`: stored in the same commit, if it is stored here."""
 
-    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
+    async def change(
+        self,
+        run_id: str,
+        plan_id: str | None,
+        continue_at: str | None,
+        actor: str,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
         """Fly on with another plan, or from another item."""
 
-    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, actor: str) -> Run:
+    async def insert(
+        self,
+        run_id: str,
+        items: Sequence[Any],
+        *,
+        at: str,
+        after: bool,
+        actor: str,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
         """Fly to more items."""
 
-    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
+    async def continue_over(
+        self,
+        run_id: str,
+        continue_at: str | None,
+        wind: Wind | None,
+        actor: str,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
         """Create a run of the remaining items of one that has ended."""
 
 

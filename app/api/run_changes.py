@@ -96,8 +96,8 @@ _ERRORS: Final = (
 async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Response:
     """Change the mission in flight, without a pause: another plan or another next item."""
     run_id, asked = call.path_value("run_id"), call.body
-    run = await call.services.rerouting.change(run_id, asked.plan, asked.continue_at, call.principal.name)
-    return accepted(run)
+    rerouting, actor, answer = call.services.rerouting, call.principal.name, call.answered(accepted)
+    return accepted(await rerouting.change(run_id, asked.plan, asked.continue_at, actor, answer))
 
 
 @ROUTES.route("POST", "/runs/{run_id}/inserted-items", Role.PILOT, ACCEPTED, errors=("plan.invalid", *_ERRORS))
@@ -105,8 +105,8 @@ async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Respons
     """Insert items into the mission of a run in progress."""
     run_id, asked = call.path_value("run_id"), call.body
     at, after = (asked.before, False) if asked.before is not None else (asked.after or "", True)
-    rerouting = call.services.rerouting
-    return accepted(await rerouting.insert(run_id, asked.items, at=at, after=after, actor=call.principal.name))
+    rerouting, actor, answer = call.services.rerouting, call.principal.name, call.answered(accepted)
+    return accepted(await rerouting.insert(run_id, asked.items, at=at, after=after, actor=actor, answer=answer))
 
 
 @ROUTES.route(
@@ -132,5 +132,5 @@ async def continue_run(call: Call[NoQuery, ContinuationRequest]) -> web.Response
     """Create a run from the remaining items of a finished run; start it separately."""
     run_id, asked = call.path_value("run_id"), call.body
     wind = None if asked.wind is None else asked.wind.wind()
-    rerouting = call.services.rerouting
-    return accepted(await rerouting.continue_over(run_id, asked.continue_at, wind, call.principal.name))
+    rerouting, actor, answer = call.services.rerouting, call.principal.name, call.answered(accepted)
+    return accepted(await rerouting.continue_over(run_id, asked.continue_at, wind, actor, answer))

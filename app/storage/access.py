@@ -94,6 +94,10 @@ class SqliteAnswerStore:
 
         await self._database.write(replace_old)
 
+    async def forget(self, key: str) -> None:
+        gone = sa.delete(ANSWERS).where(ANSWERS.c.key == key)
+        await self._database.write(lambda connection: connection.execute(gone))
+
 
 def insert_answers(connection: sqlite3.Connection, answers: Sequence[StoredAnswer], events: Sequence[NewEvent]) -> None:
     """Store answers in the transaction of the events that they tell of. The first one of a key is kept."""

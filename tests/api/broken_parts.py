@@ -46,6 +46,9 @@ class BrokenDisk:
     async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
         raise StorageError("no space left on the disk")
 
+    async def forget(self, key: str) -> None:
+        raise StorageError("no space left on the disk")
+
 
 class DefectiveFleet(Fleet):
     """A fleet with a bug."""

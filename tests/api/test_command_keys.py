@@ -76,6 +76,9 @@ class UnreadableAnswers:
     async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
         raise StorageError("no space left on the disk")
 
+    async def forget(self, key: str) -> None:
+        """Nothing to forget."""
+
 
 class HangingAnswers:
     """AnswerStore on a disk that does not answer."""
@@ -86,6 +89,9 @@ class HangingAnswers:
 
     async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
         await asyncio.Event().wait()
+
+    async def forget(self, key: str) -> None:
+        """Nothing to forget."""
 
 
 class TakenClaims:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import copy
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.services.access import Role
+from tests.api.broken_parts import without_answers
 from tests.support.asking_drop import asked
 from tests.support.run_changes import flying
 from tests.support.runs_api import reaches
-from tests.support.service_in_process import Service, until
+from tests.support.service_in_process import LOOK_AGAIN_S, Service, run_service, until
 
 STOP = {"id": "extra", "type": "waypoint", "latitude_deg": 47.3985, "longitude_deg": 8.5472, "relative_altitude_m": 20}
 
@@ -146,3 +149,49 @@ async def test_only_a_pilot_changes_a_flight(service: Service, plan: dict[str, A
     ):
         status, _, problem = await service.call("POST", f"/api/v1/runs/{run['id']}/{path}", json=body, headers=headers)
         assert (status, problem["code"]) == (403, "role.insufficient")
+
+
+KEY = {"Idempotency-Key": "insert-2041"}
+
+
+async def insert(service: Service, run_id: str) -> tuple[int, bool, Any]:
+    """The status, whether an earlier answer was replayed, and the body."""
+    path = f"/api/v1/runs/{run_id}/inserted-items"
+    status, headers, body = await service.call("POST", path, json={"items": [STOP], "after": "corner"}, headers=KEY)
+    return status, "Idempotency-Replayed" in headers, body
+
+
+async def test_items_that_were_inserted_before_a_kill_are_not_inserted_again(
+    tmp_path: Path, plan: dict[str, Any]
+) -> None:
+    """Killed after the vehicle had them, before the answer was kept and sent."""
+    async with run_service(tmp_path, change=without_answers) as service:
+        run = await flying(service, plan)
+        status, _, first = await insert(service, run["id"])
+        assert (status, first["changes"]) == (202, 1)
+    async with run_service(tmp_path) as service:
+        status, replayed, again = await insert(service, run["id"])
+        assert (status, replayed, again["id"]) == (202, True, run["id"])
+        assert await plan_ids(service) == [first["plan_id"], run["plan_id"]]
+
+
+async def test_items_that_the_vehicle_refused_may_be_inserted_again(service: Service, plan: dict[str, Any]) -> None:
+    run = await flying(service, plan)
+    service.links[0].upload_refusal = VehicleRefusedError("no space for the mission")
+    status, _, problem = await insert(service, run["id"])
+    assert (status, problem["code"]) == (409, "vehicle.refused")
+    service.links[0].upload_refusal = None
+    async with asyncio.timeout(60):
+        while (await insert(service, run["id"]))[:2] != (202, False):
+            await asyncio.sleep(LOOK_AGAIN_S)
+
+
+async def test_items_that_may_be_on_board_are_not_inserted_again(service: Service, plan: dict[str, Any]) -> None:
+    run = await flying(service, plan)
+    service.links[0].upload_refusal = LinkTimeoutError("no answer to the last item")
+    status, _, problem = await insert(service, run["id"])
+    assert (status, problem["code"]) == (504, "vehicle.timeout")
+    service.links[0].upload_refusal = None
+    status, replayed, told = await insert(service, run["id"])
+    assert (status, replayed) == (202, True)
+    assert told["changing"]["continue_at"] == "corner", "the run tells what came of it"

@@ -43,6 +43,7 @@ class MemoryEventStore:
         self.plans: dict[str, StoredPlan] = {}
         self.jobs: dict[str, Job] = {}
         self.queues: dict[str, VehicleQueue] = {}
+        self.answers: list[StoredAnswer] = []
         self.batches: list[int] = []
         self.failures: list[WaydropError] = []
         self.refuse: Callable[[NewEvent], WaydropError | None] = lambda event: None
@@ -80,6 +81,7 @@ class MemoryEventStore:
         self.plans |= {plan.id: plan for plan in plans}
         self.jobs |= {job.id: job for job in jobs if isinstance(job, Job)}
         self.queues |= {queue.vehicle_id: queue for queue in jobs if isinstance(queue, VehicleQueue)}
+        self.answers += answers
         self.batches.append(len(events))
         await self._pass_time()  # on disk, but the journal does not know yet
         return stored

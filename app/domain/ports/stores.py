@@ -281,3 +281,6 @@ class AnswerStore(Protocol):
 
     async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
         """Store an answer. The first one of a key is kept, unless this one replaces it. Raises StorageError."""
+
+    async def forget(self, key: str) -> None:
+        """Delete an answer that was stored for a request that was refused after all. Raises StorageError."""

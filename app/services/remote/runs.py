@@ -109,14 +109,38 @@ class RemoteRuns:
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
         return await self._call("answer_consent", run_id, plan_item_id=plan_item_id, answer=answer, actor=actor)
 
-    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
+    async def change(
+        self,
+        run_id: str,
+        plan_id: str | None,
+        continue_at: str | None,
+        actor: str,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
+        """See ReroutingApi. The gateway gets no answer: the claim of its key is stored."""
         plan = None if plan_id is None else await self._plans.stored(plan_id)
         return await self._call("change_run", run_id, plan=plan, continue_at=continue_at, actor=actor)
 
-    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, actor: str) -> Run:
+    async def insert(
+        self,
+        run_id: str,
+        items: Sequence[Any],
+        *,
+        at: str,
+        after: bool,
+        actor: str,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
         return await self._call("insert_items", run_id, items=items, at=at, after=after, actor=actor)
 
-    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
+    async def continue_over(
+        self,
+        run_id: str,
+        continue_at: str | None,
+        wind: Wind | None,
+        actor: str,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
         return await self._call("continue_run", run_id, continue_at=continue_at, wind=wind, actor=actor)
 
     async def _call(self, method: str, run_id: str, **arguments: object) -> Run:

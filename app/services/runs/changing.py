@@ -29,13 +29,14 @@ from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.plan.intercept import approach_speeds_m_s
+from app.domain.ports.stores import AnswerTo, StoredAnswer
 from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import check_plan, checked
 from app.domain.run.mission_change import ChangeTerms
 from app.domain.run.remaining_mission import Flown, RemainingMission, asked_speed_before, continued, in_whole_plan
-from app.domain.run.run import HOLDS, PlanChange
+from app.domain.run.run import HOLDS, PlanChange, Run
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import FlightMode, VehicleProfile, carried_in_flight
 from app.services.clock import Clock
@@ -50,12 +51,13 @@ _OF_THE_REST = ("battery.", "payload.")
 
 @dataclass(frozen=True, slots=True)
 class ChangeRequest:
-    """The plan to fly on with. `new`: it is stored nowhere yet."""
+    """The plan to fly on with. `new`: it is stored nowhere yet. `answer`: stored with the record that it is sent."""
 
     plan_id: str
     plan_hash: str
     plan: Plan
     new: NewPlan | None = None
+    answer: AnswerTo[Run] | None = None
 
 
 class MissionChanger:
@@ -115,10 +117,10 @@ class MissionChanger:
             if wanted.new is not None:
                 self._recorder.attach_plan(wanted.new)
             if pending.is_same and pending.follows:
-                await self._adopt(pending, orders)
+                await self._adopt(pending, orders, wanted.answer)
                 return
             try:
-                await self._send(pending, orders, self._refuse_unfit)
+                await self._send(pending, orders, self._refuse_unfit, wanted.answer)
             except VehicleRefusedError:
                 if back is not None:
                     await self._restore(pending, back)
@@ -197,8 +199,11 @@ class MissionChanger:
         speeds = approach_speeds_m_s(plan, facts)
         return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), follows, is_same, speeds)
 
-    async def _announce(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
-        """Stored before it is sent or followed: after a restart it must be known what may be on board.
+    async def _announce(
+        self, pending: PendingChange, orders: int, fit: Callable[[], None], answer: AnswerTo[Run] | None
+    ) -> None:
+        """Stored before it is sent or followed: after a restart it must be known what may be on board. So is the
+        `answer` to the request: after a kill a repetition must not change the mission again.
 
         Withdrawn if it cannot be stored, if more than `orders` commands were given meanwhile, or if it is not `fit` any
         more: the vehicle may be in another mode, or at an embedded drop. The speed of a simulation is checked too, and
@@ -206,31 +211,40 @@ class MissionChanger:
         """
         self._monitor.feed(ChangeBegun(self._monitor.observation(), pending))
         self._recorder.record(RunCommand(command=RunCommandName.CHANGE_MISSION, change=pending.change))
+        attached = None if answer is None else answer(self._monitor.run)
+        if attached is not None:
+            self._recorder.attach_answer(attached)
         try:
             await self._recorder.flush()
             await refuse_fast_clock(self._link, pending.mission, self._clock)
             self._refuse_broken_off(orders)
             fit()
         except WaydropError as error:
-            self._withdraw(pending, error.detail)
+            self._withdraw(pending, error.detail, attached)
             raise
         except asyncio.CancelledError:
-            self._withdraw(pending, "it was aborted")
+            self._withdraw(pending, "it was aborted", attached)
             raise
 
     def _refuse_unfit(self) -> None:
         self._terms().refuse_unfit()
 
-    async def _adopt(self, pending: PendingChange, orders: int) -> None:
+    async def _adopt(self, pending: PendingChange, orders: int, answer: AnswerTo[Run] | None) -> None:
         """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises as `change`."""
-        await self._announce(pending, orders, self._refuse_unfit)
+        await self._announce(pending, orders, self._refuse_unfit, answer)
         self._monitor.feed(ChangeArrived(self._monitor.observation()))
         self._record(CommandOutcome.DONE)
         await self._recorder.flush_or_wait()
 
-    async def _send(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
+    async def _send(
+        self,
+        pending: PendingChange,
+        orders: int,
+        fit: Callable[[], None],
+        answer: AnswerTo[Run] | None = None,
+    ) -> None:
         """Not sent if it cannot be announced."""
-        await self._announce(pending, orders, fit)
+        await self._announce(pending, orders, fit, answer)
         self._sending = asyncio.ensure_future(self._transfer(pending.mission))
         try:
             await asyncio.wait({self._sending})
@@ -275,8 +289,10 @@ class MissionChanger:
         with suppress(WaydropError):
             await self._send(back, self._orders, lambda: None)  # it holds without a mission: no message can be missed
 
-    def _withdraw(self, pending: PendingChange, why: str) -> None:
+    def _withdraw(self, pending: PendingChange, why: str, answer: StoredAnswer | None) -> None:
         self._recorder.detach_plan(pending.change.plan_id)
+        if answer is not None:
+            self._recorder.detach_answer(answer)
         self._monitor.feed(ChangeWithdrawn(self._monitor.observation()))
         self._record(CommandOutcome.NOT_SENT, why)
 

@@ -147,6 +147,7 @@ class RunRecorder:
         self._clock = clock
         self._waiting: list[NewEvent] = []
         self._plans: list[NewPlan] = []
+        self._answers: list[StoredAnswer] = []
         self._left_out = 0
         self._storing = asyncio.Lock()
         self._late: asyncio.Task[Run] | None = None
@@ -177,6 +178,14 @@ class RunRecorder:
         """The run is not to fly this plan after all: if it still waits, it is not stored."""
         self._plans = [plan for plan in self._plans if plan.stored.id != plan_id]
 
+    def attach_answer(self, answer: StoredAnswer) -> None:
+        """The answer to a request: it is stored in one step with what waits."""
+        self._answers.append(answer)
+
+    def detach_answer(self, answer: StoredAnswer) -> None:
+        """The request was refused after all: if its answer still waits, it is not stored."""
+        self._answers = [one for one in self._answers if one is not answer]
+
     async def flush(self, continues: Run | None = None, answer: StoredAnswer | None = None) -> Run:
         """Store what waits. Raises StorageError; then everything waits on.
 
@@ -206,7 +215,7 @@ class RunRecorder:
     async def _store(self, continues: Run | None = None, answers: Sequence[StoredAnswer] = ()) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
             if self._waiting or self._left_out or self._plans:
-                plans = tuple(self._plans)
+                plans, attached = tuple(self._plans), tuple(self._answers)
                 events, run, left_out = tuple(self._waiting), self.run, self._left_out
                 anew = (self._event(RunChanged(run)),) if left_out else ()
                 others = () if continues is None else (self._continued(continues),)
@@ -214,9 +223,10 @@ class RunRecorder:
                 created = [plan.created for plan in plans]
                 new_plans = [plan.stored for plan in plans]
                 told = (*created, *continued, *events, *anew)
-                await self._journal.record(*told, runs=(*others, run), plans=new_plans, answers=answers)
+                await self._journal.record(*told, runs=(*others, run), plans=new_plans, answers=(*answers, *attached))
                 del self._waiting[: len(events)]
                 self._plans = [plan for plan in self._plans if plan not in plans]  # some may be withdrawn meanwhile
+                self._answers = [answer for answer in self._answers if answer not in attached]
                 self._left_out -= left_out
                 self.stored = run
             return self.stored

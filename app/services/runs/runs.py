@@ -252,11 +252,18 @@ class Runs:
             flight.hold_back(why)
 
     async def change_mission(
-        self, run_id: str, plan: str | NewPlan, continue_at: str | None, actor: str, needed: Collection[str] = ()
+        self,
+        run_id: str,
+        plan: str | NewPlan,
+        continue_at: str | None,
+        actor: str,
+        needed: Collection[str] = (),
+        answer: AnswerTo[Run] | None = None,
     ) -> Run:
         """Fly on with another plan, without a pause: from an item, or None from the one that is flown now.
 
-        A new plan is stored just before it is sent. `needed` are items that must be among those left to fly.
+        A new plan and the `answer` are stored just before it is sent. `needed` are items that must be among those left
+        to fly.
 
         Raises:
             NotFoundError, WrongStateError, DropInProgressError, HoldRequiredError, ChangeUnderWayError, ConflictError,
@@ -266,7 +273,8 @@ class Runs:
         self._fleet.require_new_work()
         known = await self._read(plan)
         new = plan if isinstance(plan, NewPlan) else None
-        await flight.changer.change(ChangeRequest(known.id, known.hash, known.plan, new), continue_at, actor, needed)
+        wanted = ChangeRequest(known.id, known.hash, known.plan, new, answer)
+        await flight.changer.change(wanted, continue_at, actor, needed)
         return flight.run
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:

@@ -48,6 +48,10 @@ class PostgresAnswerStore:
 
         await self._database.transact(replace_old)
 
+    async def forget(self, key: str) -> None:
+        gone = sa.delete(ANSWERS).where(ANSWERS.c.key == key)
+        await self._database.write(lambda connection: connection.execute(gone))
+
 
 class PostgresClaimStore:
     """ClaimStore in PostgreSQL."""

@@ -42,6 +42,15 @@ async def test_an_answer_may_replace_the_one_that_was_stored_with_an_event(store
     assert await stores.answers.get("key-1") == answer(body=b"third")
 
 
+async def test_an_answer_that_is_forgotten_leaves_its_key_free(stores: Stores) -> None:
+    await stores.events.append([event()], answers=[answer()])
+    await stores.answers.forget("key-1")
+    assert await stores.answers.get("key-1") is None
+    await stores.answers.forget("key-1")
+    await stores.answers.put(answer(body=b"second"), now=1001.0)
+    assert await stores.answers.get("key-1") == answer(body=b"second")
+
+
 async def test_an_answer_is_stored_with_its_events_or_not_at_all(stores: Stores) -> None:
     await stores.events.append([event(1)], plans=[plan()], answers=[answer()])
     with pytest.raises(StorageError):  # the id of the plan is taken

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 from app.domain.drop.record import DropOutcome
 from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
+from app.domain.ports.stores import StoredAnswer
 from tests.support.changed_flight import begun, clinic_moved, fly, store
 from tests.support.events import data_of
 from tests.support.run_service import restarted, run_service
@@ -110,3 +113,35 @@ async def test_a_vehicle_that_comes_to_its_next_item_meanwhile_is_not_taken_back
         assert service.vehicle.sent[-1] == "set_current 1"
         await service.until(lambda: service.run.item_id == "clinic", "it goes on there")
         assert service.run.flown_item_ids == ("takeoff", "corner")
+
+
+ANSWER = StoredAnswer("key-1", "hash", 202, {}, b"{}")
+
+
+async def test_the_answer_to_a_change_is_stored_before_it_is_sent() -> None:
+    async with run_service() as service:
+        await fly(service)
+        service.vehicle.upload_gate.clear()
+        asked = service.runs.change_mission(
+            service.run_id, store(service, clinic_moved), None, "ann", answer=lambda run: ANSWER
+        )
+        changing = asyncio.create_task(asked)
+        await service.until(lambda: service.vehicle.waits_at_gate, "it must be about to be sent")
+        assert service.events.answers == [ANSWER]
+        service.vehicle.upload_gate.set()
+        await changing
+        assert service.events.answers == [ANSWER]
+
+
+async def test_the_answer_to_a_change_that_could_not_be_stored_is_not_stored_later() -> None:
+    async with run_service() as service:
+        await fly(service)
+        service.events.refuse = lambda event: StorageError("disk full") if data_of(event).get("changing") else None
+        asked = service.runs.change_mission(
+            service.run_id, store(service, clinic_moved), None, "ann", answer=lambda run: ANSWER
+        )
+        with pytest.raises(StorageError):
+            await asked
+        service.events.refuse = lambda event: None
+        await service.runs.pause(service.run_id)
+        assert service.events.answers == []
