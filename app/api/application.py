@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
-import hashlib
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from functools import cache
 from typing import Final
@@ -42,7 +41,7 @@ from app.api.documents import DOCUMENTS, Documents, EncodedDocuments, encode
 from app.api.gateways import elsewhere
 from app.api.guard import Guard, add_security_headers, guarded, is_handshake
 from app.api.health import CHECKS, METRICS, VERSION
-from app.api.idempotency import Idempotency
+from app.api.idempotency import Idempotency, request_hash
 from app.api.observability import Metrics, note_principal, request_log
 from app.api.offboard import routes
 from app.api.offboard.frames import ClientDocument
@@ -117,7 +116,7 @@ def make_endpoint(
         return await idempotency.answer(
             request,
             principal,
-            hashlib.sha256(raw).hexdigest(),
+            request_hash(request, raw),
             lambda keyed: route.handler(Call(request, principal, query, body, keyed)),
             is_urgent=route.is_urgent,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
+import json
 import re
 from collections.abc import Awaitable, Callable
 from typing import Final
@@ -12,6 +13,7 @@ from weakref import WeakValueDictionary
 import structlog
 from aiohttp import web
 
+from app.api.bodies import JSON
 from app.api.problems import ApiError
 from app.domain.cluster.errors import NoReplyError
 from app.domain.errors import LinkError, StorageError, VehicleRefusedError, WaydropError
@@ -24,6 +26,7 @@ from app.services.journal import STORED_WITHIN_S
 HEADER: Final = "Idempotency-Key"
 REPLAYED: Final = "Idempotency-Replayed"
 _KEY: Final = re.compile(r"^[\x21-\x7e]{1,200}$")
+_PLAIN_HEADS: Final = (json.dumps([JSON, []]), json.dumps(["", []]))
 _KEPT_HEADERS: Final = ("Location", "ETag", "Content-Type")
 log = structlog.get_logger(__name__)
 
@@ -83,7 +86,7 @@ class Idempotency:
         """Return the stored response of the key, or call `make` and store its response.
 
         Raises:
-            ApiError: the key is invalid, was used with another body, or its first request has no known outcome.
+            ApiError: the key is invalid, was used with another request, or its first request has no known outcome.
             StorageError: the stored responses cannot be read, and the request is not urgent.
         """
         key = _key_of(request, principal)
@@ -173,6 +176,15 @@ def _may_be_done(error: WaydropError) -> bool:
     return isinstance(error, LinkError) and not isinstance(error, VehicleRefusedError)
 
 
+def request_hash(request: web.Request, raw: bytes) -> str:
+    """The SHA-256 of what makes two requests with one key the same: query, content type and body.
+
+    Of JSON without a query it is that of the body alone, as versions before this one have stored it.
+    """
+    head = json.dumps([request.content_type if raw else "", sorted(request.query.items())])
+    return hashlib.sha256(raw if head in _PLAIN_HEADS else f"\0{head}\n".encode() + raw).hexdigest()
+
+
 def _key_of(request: web.Request, principal: Principal) -> str | None:
     """What a response is stored by; None without a key. Raises ApiError."""
     given = request.headers.getall(HEADER, [])
@@ -192,7 +204,7 @@ def _replay(stored: StoredAnswer, request_hash: str) -> web.Response:
     if stored.request_hash != request_hash:
         raise ApiError(
             "idempotency.key_reused",
-            "this Idempotency-Key was used with a different body",
-            hint="use a new key for a new request; repeat a request with the same body",
+            "this Idempotency-Key was used with a different query, content type or body",
+            hint="use a new key for a new request; repeat a request as it was",
         )
     return web.Response(body=stored.body, status=stored.status, headers={**stored.headers, REPLAYED: "true"})

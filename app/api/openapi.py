@@ -136,7 +136,7 @@ def _inlined(schema: Any, definitions: dict[str, Any]) -> Any:
 def _header_parameters(route: Route) -> list[dict[str, Any]]:
     named = []
     if route.is_idempotent:
-        named.append(("Idempotency-Key", "Repeat a request with the same key and body to execute it only once"))
+        named.append(("Idempotency-Key", "Repeat a request with the same key, query and body to execute it only once"))
     if any(answer.status == 304 for answer in route.answers):
         named.append(("If-None-Match", "ETag of the client's copy"))
     return [

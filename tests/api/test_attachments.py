@@ -172,3 +172,24 @@ async def test_when_the_quota_is_used_up_no_more_files_are_taken(tmp_path: Path,
         assert (status, problem["code"]) == (507, "attachment.quota_exceeded")
         assert "WAYDROP_ATTACHMENTS_MAX_BYTES" in problem["hint"]
         assert (await attach(service, run_id, PDF, "application/pdf"))[0] == 201, "a smaller one still fits"
+
+
+@pytest.mark.parametrize(
+    ("query", "media", "expected"),
+    [
+        ("name=signature.png", "image/png", (422, False)),
+        ("name=front.png", "application/octet-stream", (422, False)),
+        ("name=front%2Epng", "image/png", (201, True)),
+    ],
+    ids=["another name", "another content type", "the same"],
+)
+async def test_the_same_key_with_another_name_or_content_type_is_refused(
+    service: Service, plan: dict[str, Any], query: str, media: str, expected: tuple[int, bool]
+) -> None:
+    path, key = path_of(await a_run(service, plan)), {"Idempotency-Key": "front-2041"}
+    first = {"Content-Type": "image/png", **key}
+    assert (await service.call("POST", f"{path}?name=front.png", data=PNG, headers=first))[0] == 201
+    repeated = {"Content-Type": media, **key}
+    status, headers, body = await service.call("POST", f"{path}?{query}", data=PNG, headers=repeated)
+    assert (status, "Idempotency-Replayed" in headers) == expected
+    assert body.get("code") == (None if status == 201 else "idempotency.key_reused")

@@ -9115,7 +9115,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -9286,7 +9286,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -9457,7 +9457,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -9628,7 +9628,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -9788,7 +9788,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -10388,7 +10388,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -10552,7 +10552,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -10848,7 +10848,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -11021,7 +11021,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -11458,7 +11458,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12110,7 +12110,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12275,7 +12275,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12439,7 +12439,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12603,7 +12603,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -12767,7 +12767,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -13036,7 +13036,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -14230,7 +14230,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -14614,7 +14614,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -14785,7 +14785,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -14956,7 +14956,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -15127,7 +15127,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -15298,7 +15298,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -15469,7 +15469,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -15640,7 +15640,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -15811,7 +15811,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -15976,7 +15976,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -16151,7 +16151,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -16326,7 +16326,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -16957,7 +16957,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -17544,7 +17544,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -17706,7 +17706,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -17958,7 +17958,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -18118,7 +18118,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -18694,7 +18694,7 @@ export interface operations {
                 name?: string;
             };
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -19788,7 +19788,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -20040,7 +20040,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -20545,7 +20545,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat a request with the same key and body to execute it only once */
+                /** @description Repeat a request with the same key, query and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
