@@ -202,7 +202,7 @@ def _add_routes(
     app: web.Application, services: ApiServices, settings: ApiSettings, sockets: Mapping[str, HttpHandler]
 ) -> None:
     """Add the routes. `sockets`: paths of the table that accept a websocket as well."""
-    idempotency = Idempotency(services.answers, services.clock, services.claims)
+    idempotency = Idempotency(services.answers, services.claims)
     body_memory = BodyMemory(settings.bodies_under_way_bytes)
     for route in ROUTES:
         is_elsewhere = services.offboard is None and route in (*routes.ROUTES, *tasks.ROUTES)

@@ -20,7 +20,6 @@ from app.domain.errors import LinkError, StorageError, VehicleRefusedError, Wayd
 from app.domain.ports.stores import AnswerStore, ClaimStore, StoredAnswer
 from app.services.access import Principal
 from app.services.background import begin_task
-from app.services.clock import Clock
 from app.services.journal import STORED_WITHIN_S
 
 HEADER: Final = "Idempotency-Key"
@@ -67,9 +66,8 @@ class Idempotency:
     ones are carried out then, and if the disk does not answer: a pause that is sent twice does no harm.
     """
 
-    def __init__(self, store: AnswerStore, clock: Clock, claims: ClaimStore | None = None) -> None:
+    def __init__(self, store: AnswerStore, claims: ClaimStore | None = None) -> None:
         self._store = store
-        self._clock = clock
         self._claims = claims
         self._running: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._keeping: set[asyncio.Task[None]] = set()
@@ -141,7 +139,7 @@ class Idempotency:
         await asyncio.wait({task}, timeout=STORED_WITHIN_S)
 
     async def _claimed(self, key: str) -> bool:
-        return self._claims is None or await self._claims.claim(key, now=self._clock.now())
+        return self._claims is None or await self._claims.claim(key)
 
     async def _release(self, key: str) -> None:
         if self._claims is None:
@@ -164,7 +162,7 @@ class Idempotency:
         if answer is None or answer == committed:
             return
         try:
-            await self._store.put(answer, now=self._clock.now(), replaces=committed is not None)
+            await self._store.put(answer, replaces=committed is not None)
         except StorageError as error:
             # the request succeeded: an error now would make the client send it again
             then = "is executed again" if committed is None else "gets the one stored with what it created"

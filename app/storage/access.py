@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any, Final
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 
-from app.domain.events import NewEvent
 from app.domain.ports.stores import StoredAnswer, StoredToken
 from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
 from app.storage.database import Database, TableAccess, from_json, object_from_json, to_json
@@ -68,26 +68,48 @@ def _stored_token(row: sa.RowMapping) -> StoredToken:
 
 
 KEPT_FOR_S: Final = 24 * 3600.0
-PUT_ANSWER: Final = (
+_PUT_ANSWER: Final = (
     "INSERT INTO answers (key, request_hash, status, headers, body, stored_at) "
     "VALUES (:key, :request_hash, :status, :headers, :body, :stored_at) ON CONFLICT (key) DO NOTHING"
 )
+_NEWEST: Final = "SELECT max(stored_at) FROM answers"
+
+
+class AnswerClock:
+    """Tells the age of answers in seconds for which a Waydrop has run: it goes on from the newest answer.
+
+    The time of day may jump: a gateway without a real-time clock boots in the past, and an answer that it stores then
+    would be a day old, and its job queued twice, as soon as NTP sets the clock.
+    """
+
+    def __init__(self, monotonic: Callable[[], float] = time.monotonic) -> None:
+        self._monotonic = monotonic
+        self._began_s = monotonic()
+        self._ahead_s: float | None = None
+
+    def now_s(self, newest: Callable[[], float | None]) -> float:
+        """`newest` reads the time of the newest answer; it is called once."""
+        if self._ahead_s is None:
+            self._ahead_s = (newest() or 0.0) - self._began_s
+        return self._ahead_s + self._monotonic()
 
 
 class SqliteAnswerStore:
     """AnswerStore on one SQLite file."""
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: Database, clock: AnswerClock) -> None:
         self._database = database
+        self._clock = clock
 
     async def get(self, key: str) -> StoredAnswer | None:
         rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
         return stored_answer(rows[0]) if rows else None
 
-    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
+    async def put(self, answer: StoredAnswer, *, replaces: bool = False) -> None:
         def replace_old(connection: sa.Connection) -> None:
+            now = self._clock.now_s(lambda: connection.execute(sa.text(_NEWEST)).scalar())
             connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
-            row = answer_row(answer, now)
+            row = answer_row(answer) | {"stored_at": now}
             if replaces:
                 connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.key == answer.key))
             connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)
@@ -99,22 +121,21 @@ class SqliteAnswerStore:
         await self._database.write(lambda connection: connection.execute(gone))
 
 
-def insert_answers(connection: sqlite3.Connection, answers: Sequence[StoredAnswer], events: Sequence[NewEvent]) -> None:
+def insert_answers(connection: sqlite3.Connection, answers: Sequence[StoredAnswer], clock: AnswerClock) -> None:
     """Store answers in the transaction of the events that they tell of. The first one of a key is kept."""
     if answers:
-        now = events[-1].time
+        now = clock.now_s(lambda: connection.execute(_NEWEST).fetchone()[0])
         connection.execute("DELETE FROM answers WHERE stored_at < ?", (now - KEPT_FOR_S,))
-        connection.executemany(PUT_ANSWER, [answer_row(answer, now) for answer in answers])
+        connection.executemany(_PUT_ANSWER, [answer_row(answer) | {"stored_at": now} for answer in answers])
 
 
-def answer_row(answer: StoredAnswer, stored_at: float) -> dict[str, Any]:
+def answer_row(answer: StoredAnswer) -> dict[str, Any]:
     return {
         "key": answer.key,
         "request_hash": answer.request_hash,
         "status": answer.status,
         "headers": to_json("the headers of an answer", answer.headers),
         "body": answer.body,
-        "stored_at": stored_at,
     }
 
 

@@ -19,7 +19,7 @@ from app.domain.events.event import JournalHead, event_hash
 from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
-from app.storage.access import insert_answers
+from app.storage.access import AnswerClock, insert_answers
 from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import INSERT_PLAN, plan_row, upsert_jobs, upsert_runs
 from app.storage.relay import RecentCommits
@@ -45,10 +45,13 @@ _LAST_OFFBOARD = (
 class SqliteEventStore:
     """EventStore on one SQLite file."""
 
-    def __init__(self, database: Database, gateway_id: str, recent: RecentCommits) -> None:
+    def __init__(
+        self, database: Database, gateway_id: str, recent: RecentCommits, answer_clock: AnswerClock | None = None
+    ) -> None:
         self._database = database
         self._gateway_id = gateway_id
         self._recent = recent
+        self._answer_clock = answer_clock or AnswerClock()
 
     async def append(
         self,
@@ -76,7 +79,7 @@ class SqliteEventStore:
             connection.executemany(INSERT_PLAN, plan_rows)
             upsert_runs(connection, runs)
             upsert_jobs(connection, jobs)
-            insert_answers(connection, answers, events)
+            insert_answers(connection, answers, self._answer_clock)
             return links, tuple(
                 [
                     event.numbered(row["seq"], self._gateway_id, row["hash"])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import AsyncIterator
+import time
+from collections.abc import AsyncIterator, Callable
 from contextlib import ExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,7 @@ from app.domain.ports.stores import (
     TokenStore,
 )
 from app.domain.webhooks.webhook import WebhookStore
-from app.storage.access import SqliteAnswerStore, SqliteTokenStore, TableWebhookStore, seal_secrets
+from app.storage.access import AnswerClock, SqliteAnswerStore, SqliteTokenStore, TableWebhookStore, seal_secrets
 from app.storage.attachments import ATTACHMENTS_MAX_BYTES, DiskAttachmentStore, attachments_folder, remove_unfinished
 from app.storage.database import Database, JournalInUseError, exclusive_lock, no_journal
 from app.storage.dispatch import TableJobStore, TablePlanStore, TableRunStore
@@ -62,7 +63,11 @@ class Storage:
 
 @asynccontextmanager
 async def open_storage(
-    path: Path, *, attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES, key_file: Path | None = None
+    path: Path,
+    *,
+    attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
+    key_file: Path | None = None,
+    monotonic: Callable[[], float] = time.monotonic,
 ) -> AsyncIterator[Storage]:
     """Lock the journal at `path`, make or upgrade its tables, and give its stores until the block ends.
 
@@ -81,15 +86,15 @@ async def open_storage(
             await seal_secrets(database, box)
             gateway_id = await _gateway_id(database)
             attachments = DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes)
-            recent = RecentCommits()
+            recent, answer_clock = RecentCommits(), AnswerClock(monotonic)
             yield Storage(
                 path=path,
                 gateway_id=gateway_id,
-                events=SqliteEventStore(database, gateway_id, recent),
+                events=SqliteEventStore(database, gateway_id, recent, answer_clock),
                 runs=TableRunStore(database),
                 plans=TablePlanStore(database),
                 tokens=SqliteTokenStore(database),
-                answers=SqliteAnswerStore(database),
+                answers=SqliteAnswerStore(database, answer_clock),
                 jobs=TableJobStore(database),
                 webhooks=TableWebhookStore(database, box),
                 attachments=attachments,

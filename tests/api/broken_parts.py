@@ -43,7 +43,7 @@ class BrokenDisk:
     async def get(self, key: str) -> StoredAnswer | None:
         return None
 
-    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
+    async def put(self, answer: StoredAnswer, *, replaces: bool = False) -> None:
         raise StorageError("no space left on the disk")
 
     async def forget(self, key: str) -> None:

@@ -73,7 +73,7 @@ class UnreadableAnswers:
     async def get(self, key: str) -> StoredAnswer | None:
         raise StorageError("the disk cannot be read")
 
-    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
+    async def put(self, answer: StoredAnswer, *, replaces: bool = False) -> None:
         raise StorageError("no space left on the disk")
 
     async def forget(self, key: str) -> None:
@@ -87,7 +87,7 @@ class HangingAnswers:
         await asyncio.Event().wait()
         return None
 
-    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
+    async def put(self, answer: StoredAnswer, *, replaces: bool = False) -> None:
         await asyncio.Event().wait()
 
     async def forget(self, key: str) -> None:
@@ -97,7 +97,7 @@ class HangingAnswers:
 class TakenClaims:
     """ClaimStore of a cluster where another node began with each key and has not ended."""
 
-    async def claim(self, key: str, *, now: float) -> bool:
+    async def claim(self, key: str) -> bool:
         return False
 
     async def release(self, key: str) -> None:

@@ -170,7 +170,7 @@ class MemoryClaims:
     def __init__(self) -> None:
         self.keys: set[str] = set()
 
-    async def claim(self, key: str, *, now: float) -> bool:
+    async def claim(self, key: str) -> bool:
         is_new = key not in self.keys
         self.keys.add(key)
         return is_new

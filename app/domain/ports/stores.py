@@ -264,9 +264,12 @@ class TokenStore(Protocol):
 
 
 class ClaimStore(Protocol):
-    """Requests with an Idempotency-Key that were begun, on any API node of a cluster; dropped after a day."""
+    """Requests with an Idempotency-Key that were begun, on any API node of a cluster; dropped after a day.
 
-    async def claim(self, key: str, *, now: float) -> bool:
+    Its store tells how old they are, not the clock of a node, which may jump.
+    """
+
+    async def claim(self, key: str) -> bool:
         """Whether nobody has begun a request with this key. Raises StorageError."""
 
     async def release(self, key: str) -> None:
@@ -274,12 +277,12 @@ class ClaimStore(Protocol):
 
 
 class AnswerStore(Protocol):
-    """Answers by Idempotency-Key; old ones are dropped after a day."""
+    """Answers by Idempotency-Key; old ones are dropped after a day, whatever the time of day does meanwhile."""
 
     async def get(self, key: str) -> StoredAnswer | None:
         """The stored answer."""
 
-    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
+    async def put(self, answer: StoredAnswer, *, replaces: bool = False) -> None:
         """Store an answer. The first one of a key is kept, unless this one replaces it. Raises StorageError."""
 
     async def forget(self, key: str) -> None:

@@ -19,8 +19,12 @@ from app.storage.postgres.events import CLUSTER_EVENTS, PUT_ANSWER
 from app.storage.schema import ANSWERS
 
 ATTACHMENTS = sa.table("attachments", sa.column("sha256", sa.Text), sa.column("content", sa.LargeBinary))
-CLAIMS = sa.table("claims", sa.column("key", sa.Text), sa.column("claimed_at", sa.Double))
-_CLAIM = sa.text("INSERT INTO claims (key, claimed_at) VALUES (:key, :claimed_at) ON CONFLICT (key) DO NOTHING")
+CLAIMS = sa.table("claims", sa.column("key", sa.Text))
+_CLAIM = sa.text(
+    "INSERT INTO claims (key, claimed_at) VALUES (:key, extract(epoch FROM now())) ON CONFLICT (key) DO NOTHING"
+)
+_DROP_CLAIMS = sa.text(f"DELETE FROM claims WHERE claimed_at < extract(epoch FROM now()) - {KEPT_FOR_S}")
+_DROP_ANSWERS = sa.text(f"DELETE FROM answers WHERE stored_at < extract(epoch FROM now()) - {KEPT_FOR_S}")
 _PUT_FILE = sa.text(
     "INSERT INTO attachments (sha256, content) VALUES (:sha256, :content) "
     "ON CONFLICT (sha256) DO UPDATE SET attached_at = excluded.attached_at"
@@ -39,12 +43,12 @@ class PostgresAnswerStore:
         rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
         return stored_answer(rows[0]) if rows else None
 
-    async def put(self, answer: StoredAnswer, *, now: float, replaces: bool = False) -> None:
+    async def put(self, answer: StoredAnswer, *, replaces: bool = False) -> None:
         async def replace_old(connection: AsyncConnection) -> None:
-            await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
+            await connection.execute(_DROP_ANSWERS)
             if replaces:
                 await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.key == answer.key))
-            await connection.execute(PUT_ANSWER, answer_row(answer, now))
+            await connection.execute(PUT_ANSWER, answer_row(answer))
 
         await self._database.transact(replace_old)
 
@@ -59,11 +63,10 @@ class PostgresClaimStore:
     def __init__(self, database: PostgresDatabase) -> None:
         self._database = database
 
-    async def claim(self, key: str, *, now: float) -> bool:
-
+    async def claim(self, key: str) -> bool:
         async def claim(connection: AsyncConnection) -> bool:
-            await connection.execute(sa.delete(CLAIMS).where(CLAIMS.c.claimed_at < now - KEPT_FOR_S))
-            return (await connection.execute(_CLAIM, {"key": key, "claimed_at": now})).rowcount == 1
+            await connection.execute(_DROP_CLAIMS)
+            return (await connection.execute(_CLAIM, {"key": key})).rowcount == 1
 
         return await self._database.transact(claim)
 

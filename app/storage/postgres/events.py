@@ -18,7 +18,6 @@ from app.domain.events.event import JournalHead
 from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import JobRecord, StoredAnswer, StoredPlan
 from app.domain.run.run import Run
-from app.storage import access
 from app.storage.access import answer_row
 from app.storage.database import unreadable
 from app.storage.dispatch import plan_row
@@ -79,7 +78,11 @@ _SET_HEAD: Final = sa.text(
     "INSERT INTO gateways (id, site, seq, hash) VALUES (:id, :site, :seq, :hash) "
     "ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash"
 )
-PUT_ANSWER: Final = sa.text(access.PUT_ANSWER)
+PUT_ANSWER: Final = sa.text(
+    "INSERT INTO answers (key, request_hash, status, headers, body, stored_at) "
+    "VALUES (:key, :request_hash, :status, :headers, :body, extract(epoch FROM now())) ON CONFLICT (key) DO NOTHING"
+)
+"""The clock of the server, as that of a node may jump."""
 
 _LAST_OFFBOARD: Final = (
     sa.select(CLUSTER_EVENTS)
@@ -130,7 +133,7 @@ class ClusterEventStore:
             as_of = head.seq + len(links)
             await store_own(connection, runs, jobs, as_of)
             if answers:
-                await connection.execute(PUT_ANSWER, [answer_row(one, events[-1].time) for one in answers])
+                await connection.execute(PUT_ANSWER, [answer_row(one) for one in answers])
             if links:
                 last = {"id": self._stream_id, "site": "", "seq": as_of, "hash": links[-1]["hash"]}
                 await connection.execute(_SET_HEAD, last)

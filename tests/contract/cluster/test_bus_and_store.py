@@ -419,20 +419,6 @@ async def test_one_process_writes_and_its_end_lets_the_next_one(tmp_path: Path, 
             assert await waiting == "leads"
 
 
-async def test_a_key_is_claimed_once_and_again_after_it_was_released(
-    tmp_path: Path, databases: PostgresDatabases
-) -> None:
-    url = await asyncio.to_thread(databases.with_tables)
-    async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
-        claimed = await asyncio.gather(*(cluster.claims.claim("key-1", now=1000.0) for _ in range(8)))
-        assert claimed.count(True) == 1
-        await cluster.claims.release("key-1")
-        assert await cluster.claims.claim("key-1", now=1001.0)
-        assert not await cluster.claims.claim("key-1", now=1002.0)
-        assert await cluster.claims.claim("key-2", now=1001.0 + 24 * 3600.0 + 1.0), "old ones are dropped"
-        assert await cluster.claims.claim("key-1", now=1003.0)
-
-
 GATEWAY_USER = {
     "publish": [
         "waydrop.events.north",

@@ -8,8 +8,6 @@ from app.domain.errors import StorageError
 from tests.contract.storage.conftest import Opener, Stores
 from tests.support.stored_samples import answer, event, plan
 
-DAY_S = 24 * 3600.0
-
 
 async def test_an_unknown_key_is_none(stores: Stores) -> None:
     assert await stores.answers.get("key-1") is None
@@ -17,28 +15,28 @@ async def test_an_unknown_key_is_none(stores: Stores) -> None:
 
 async def test_an_answer_comes_back_byte_for_byte(stores: Stores) -> None:
     body = bytes(range(256))
-    await stores.answers.put(answer(body=body), now=1000.0)
+    await stores.answers.put(answer(body=body))
     assert await stores.answers.get("key-1") == answer(body=body)
 
 
 async def test_an_answer_survives_a_restart(opener: Opener) -> None:
     async with opener() as stores:
-        await stores.answers.put(answer(), now=1000.0)
+        await stores.answers.put(answer())
     async with opener() as stores:
         assert await stores.answers.get("key-1") == answer()
 
 
 async def test_the_first_answer_of_a_key_stands(stores: Stores) -> None:
-    await stores.answers.put(answer(), now=1000.0)
-    await stores.answers.put(answer(body=b"second"), now=1001.0)
+    await stores.answers.put(answer())
+    await stores.answers.put(answer(body=b"second"))
     assert await stores.answers.get("key-1") == answer()
 
 
 async def test_an_answer_may_replace_the_one_that_was_stored_with_an_event(stores: Stores) -> None:
     await stores.events.append([event()], answers=[answer()])
-    await stores.answers.put(answer(body=b"second"), now=1001.0)
+    await stores.answers.put(answer(body=b"second"))
     assert await stores.answers.get("key-1") == answer()
-    await stores.answers.put(answer(body=b"third"), now=1002.0, replaces=True)
+    await stores.answers.put(answer(body=b"third"), replaces=True)
     assert await stores.answers.get("key-1") == answer(body=b"third")
 
 
@@ -47,7 +45,7 @@ async def test_an_answer_that_is_forgotten_leaves_its_key_free(stores: Stores) -
     await stores.answers.forget("key-1")
     assert await stores.answers.get("key-1") is None
     await stores.answers.forget("key-1")
-    await stores.answers.put(answer(body=b"second"), now=1001.0)
+    await stores.answers.put(answer(body=b"second"))
     assert await stores.answers.get("key-1") == answer(body=b"second")
 
 
@@ -57,18 +55,3 @@ async def test_an_answer_is_stored_with_its_events_or_not_at_all(stores: Stores)
         await stores.events.append([event(2)], plans=[plan()], answers=[answer("key-2")])
     assert await stores.answers.get("key-1") == answer()
     assert await stores.answers.get("key-2") is None
-
-
-async def test_answers_go_after_a_day(stores: Stores) -> None:
-    await stores.answers.put(answer("old"), now=1000.0)
-    await stores.answers.put(answer("new"), now=1000.0 + DAY_S)
-    assert await stores.answers.get("old") == answer("old")
-    await stores.answers.put(answer("newer"), now=1000.5 + DAY_S)
-    assert await stores.answers.get("old") is None
-    assert await stores.answers.get("new") == answer("new")
-
-
-async def test_a_key_is_free_again_after_a_day(stores: Stores) -> None:
-    await stores.answers.put(answer(), now=1000.0)
-    await stores.answers.put(answer(body=b"later"), now=1001.0 + DAY_S)
-    assert await stores.answers.get("key-1") == answer(body=b"later")
