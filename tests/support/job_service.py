@@ -28,7 +28,7 @@ from tests.support.patience import Patience
 from tests.support.run_service import MemoryPlans, MemoryRuns
 from tests.support.scripted_link import FAST, ScriptedVehicle
 
-PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.02, facts_s=0.05)
+PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.02, facts_s=0.05, late_for_s=0.05)
 WITHIN_S = 20.0
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
 

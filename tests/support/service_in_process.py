@@ -58,7 +58,7 @@ PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
 LOOK_AGAIN_S = 0.05
 """Who waits for a run over REST asks so often: requests and the checks of their answers are not for nothing."""
 
-LIVELY = JobSettings(poll_every_s=0.05, retry_after_s=0.05)
+LIVELY = JobSettings(poll_every_s=0.05, retry_after_s=0.05, late_for_s=0.05)
 """A queue that is looked at often."""
 
 

@@ -38,7 +38,7 @@ from tests.support.run_service import MemoryPlans
 
 KEY = b"k" * 32
 SITES = ("north", "south")
-PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.03)
+PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.03, late_for_s=0.05)
 
 
 def calls_into(service: JobService, gateway: str) -> CallFunctions:

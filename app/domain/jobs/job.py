@@ -375,11 +375,11 @@ def after(job: Job, run: Run | None, now: float) -> Job:
     return job
 
 
-def must_be_taken_off(job: Job, run: Run, now: float) -> bool:
+def must_be_taken_off(job: Job, run: Run, *, is_late: bool) -> bool:
     """Whether the run is to be ended on the ground, if its vehicle was not told to arm: the job was cancelled, or its
     latest start is over.
     """
-    return run.state in BEFORE_FLIGHT and (bool(job.end_requested) or job.is_late(now))
+    return run.state in BEFORE_FLIGHT and (bool(job.end_requested) or is_late)
 
 
 def _start_failed(job: Job, run: Run) -> bool:

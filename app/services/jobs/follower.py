@@ -12,6 +12,7 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState
 from app.services.clock import Clock
 from app.services.jobs.availability import VehicleAvailability
+from app.services.jobs.deadlines import Deadlines
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.withdrawal import Withdrawal
 from app.services.runs import Runs
@@ -32,18 +33,25 @@ class JobFollower:
     Waydrop an operator decides.
     """
 
-    def __init__(self, repository: JobRepository, runs: Runs, availability: VehicleAvailability, clock: Clock) -> None:
+    def __init__(
+        self,
+        repository: JobRepository,
+        runs: Runs,
+        availability: VehicleAvailability,
+        clock: Clock,
+        deadlines: Deadlines,
+    ) -> None:
         self._repository = repository
         self._runs = runs
         self._withdrawal = Withdrawal(runs, repository)
         self._availability = availability
         self._clock = clock
+        self._deadlines = deadlines
 
     async def follow(self, job: Job) -> None:
         """Poll once. Raises StorageError, and the errors of starting or ending the run."""
         run = await self._run_of(job)
-        now = self._clock.now()
-        if run is not None and must_be_taken_off(job, run, now):
+        if run is not None and must_be_taken_off(job, run, is_late=self._is_late(job, run)):
             with suppress(JobWrongStateError):  # it has been told to arm: the next poll finds it in flight
                 await self._repository.change(job.id, self._taken_off)
             return
@@ -54,6 +62,11 @@ class JobFollower:
         )
         if run is not None and run.state is RunState.UPLOADED and _may_be_started(job):
             await self._start(job, run)
+
+    def _is_late(self, job: Job, run: Run) -> bool:
+        """A start that waits to arm ends at once: it must not arm after the deadline."""
+        has_passed = self._deadlines.has_passed(job)
+        return has_passed or (run.state is RunState.STARTING and job.is_late(self._clock.now()))
 
     async def note_unknown_start(self, job: Job) -> None:
         """After a restart of Waydrop: record for a run that was being started that it is not started again

@@ -19,6 +19,7 @@ from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.availability import VehicleAvailability
+from app.services.jobs.deadlines import Deadlines
 from app.services.jobs.follower import EXPIRED, JobFollower
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.time_slice import TimeSlice
@@ -73,7 +74,8 @@ class JobScheduler:
         self._assessment = assessment
         self._clock = clock
         self._settings = settings
-        self._follower = JobFollower(repository, runs, availability, clock)
+        self._deadlines = Deadlines(clock, settings.late_for_s)
+        self._follower = JobFollower(repository, runs, availability, clock, self._deadlines)
         self._woken = asyncio.Event()
         self._not_before_s: dict[str, float] = {}
         self._unmade: set[str] = set()
@@ -114,13 +116,14 @@ class JobScheduler:
             await time_slice.take()
         now = self._clock.now()
         for job in self._repository.queue.waiting:
-            if job.is_late(now):
+            if self._deadlines.has_passed(job):
                 await self._logging_errors(self._expire(job), job)
         await time_slice.take()
         due = [job for job in self._repository.queue.due(now) if self._may_be_tried(job)]
         if due and await self._judge_ready(time_slice):
             await self._assign_due(due, time_slice)
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
+        self._deadlines.keep(self._repository.queue.jobs)
 
     async def _follow(self, job: Job) -> None:
         """Follow a job in a task of its own, unless it is being followed since an earlier pass."""

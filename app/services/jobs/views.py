@@ -20,13 +20,15 @@ class JobSettings:
     """`poll_every_s`: the interval of polls, besides changes.
 
     `retry_after_s`: a job that no vehicle could take, or whose vehicle failed, is not retried sooner. `facts_s`: the
-    time limit for a vehicle to report its parameters for the first time; reading continues meanwhile.
+    time limit for a vehicle to report its parameters for the first time; reading continues meanwhile. `late_for_s`: see
+    Deadlines.
     """
 
     capacity: int = MAX_WAITING
     poll_every_s: float = 0.5
     retry_after_s: float = 3.0
     facts_s: float = 5.0
+    late_for_s: float = 5.0
 
 
 LEAST_BATTERY_PERCENT: Final = 30.0

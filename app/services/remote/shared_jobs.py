@@ -21,6 +21,7 @@ from app.domain.prediction import Wind, WindGiven
 from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.jobs.changes import JobChanges
+from app.services.jobs.deadlines import Deadlines
 from app.services.jobs.follower import EXPIRED
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.views import JobRequest, JobSettings, JobUpdate
@@ -80,6 +81,7 @@ class SharedJobs:
         self._candidates = SiteCandidates(fleet, gateways)
         self._repository = JobRepository(store, journal, clock, self._settings.capacity, is_fenced=True)
         self._changes = JobChanges(self._repository, store, plans, clock)
+        self._deadlines = Deadlines(clock, self._settings.late_for_s)
         self._woken = asyncio.Event()
         self._not_before_s: dict[str, float] = {}
         self._avoided_until_s: dict[str, float] = {}
@@ -107,7 +109,7 @@ class SharedJobs:
         ]
         await asyncio.gather(*unanswered)
         for job in self._repository.queue.waiting:
-            if job.is_late(now):
+            if self._deadlines.has_passed(job):
                 await self._logging_errors(self._expire(job), job)
         refused, tried_from_s = set[tuple[str, Wind | None, VehicleSelector]](), self._clock.monotonic()
         for job in self._repository.queue.due(now):
@@ -119,6 +121,7 @@ class SharedJobs:
                 if self._repository.queue.jobs.get(job.id) is job:
                     refused.add(alike)
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
+        self._deadlines.keep(self._repository.queue.jobs)
 
     async def create(self, request: JobRequest, actor: str) -> Job:
         await self._read()

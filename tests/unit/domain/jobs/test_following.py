@@ -78,12 +78,11 @@ def test_a_job_that_was_cancelled_while_its_run_was_made_ends_and_does_not_wait_
 
 def test_only_a_run_that_does_not_fly_yet_is_taken_off() -> None:
     ending = PREPARED.model_copy(update={"end_requested": "cancelled"})
-    late = PREPARED.model_copy(update={"deadline": NOW})
     for state in RunState:
         may = state in (RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED, RunState.STARTING)
-        assert must_be_taken_off(ending, a_run(state), NOW) is may
-        assert must_be_taken_off(late, a_run(state), NOW) is may
-        assert not must_be_taken_off(PREPARED, a_run(state), NOW)
+        assert must_be_taken_off(ending, a_run(state), is_late=False) is may
+        assert must_be_taken_off(PREPARED, a_run(state), is_late=True) is may
+        assert not must_be_taken_off(PREPARED, a_run(state), is_late=False)
 
 
 def test_a_start_that_failed_is_told_and_one_that_was_not_tried_yet_is_not() -> None:

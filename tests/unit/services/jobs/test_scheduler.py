@@ -85,6 +85,35 @@ async def test_a_deadline_ends_a_waiting_job_with_what_spoke_against_each_vehicl
         assert refused == {"v1": ["vehicle.disconnected"], "v2": ["vehicle.armed"]}
 
 
+@pytest.mark.parametrize("state", ["queued", "prepared"])
+async def test_a_clock_that_jumps_past_the_deadline_and_back_ends_no_job(
+    monkeypatch: pytest.MonkeyPatch, state: str
+) -> None:
+    patient(monkeypatch, late_for_s=60.0)
+    async with job_service() as service:
+        service.vehicles[0].put(connected=state == "prepared")
+        job = await service.order(vehicle="v1", deadline=at(service, 600.0))
+        await service.until_state(job, state)
+        service.clock.ahead_s = 7200.0
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert service.job(job).state is JobState(state)
+        service.clock.ahead_s = 0.0
+        service.vehicles[0].put(connected=True)
+        await service.runs.start((await service.until_state(job, "prepared")).run_id or "")
+        await service.until_state(job, "flying")
+
+
+async def test_no_job_is_started_while_the_clock_is_past_its_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
+    patient(monkeypatch, late_for_s=60.0)
+    async with job_service() as service:
+        service.vehicles[0].put(connected=False)
+        job = await service.order(vehicle="v1", auto_start=True, deadline=at(service, 600.0))
+        service.clock.ahead_s = 601.0
+        service.vehicles[0].put(connected=True)
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert (service.job(job).state, service.armed()) == (JobState.QUEUED, 0)
+
+
 async def test_a_deadline_that_passes_in_flight_changes_nothing() -> None:
     async with job_service() as service:
         job = await service.order(vehicle="v1", auto_start=True, deadline=at(service, 60.0))
