@@ -9,7 +9,7 @@ import pytest
 from app.domain.plan import Plan, parse_plan
 from bench.predicted_flight import predicted_and_flown
 from tests.support.paths import PLANS
-from tests.support.plan_pieces import RETURN, at, land, multicopter, plan, takeoff, waypoint
+from tests.support.plan_pieces import RETURN, at, change_speed, land, multicopter, plan, takeoff, waypoint
 
 
 @pytest.mark.parametrize(
@@ -50,11 +50,35 @@ IN_TWO_STATES = plan("vtol", takeoff(30, **at(60, 0)), waypoint(400, 0), waypoin
 
 @pytest.mark.parametrize(
     ("flight", "airframe", "rtl_type"),
-    [(multicopter(*BY_CORNERS), "quad", 2), (TO_GARDEN, "quad", 4), (IN_TWO_STATES, "vtol", 2)],
-    ids=["back by its corners", "on to its landing", "a wing"],
+    [
+        (multicopter(*BY_CORNERS), "quad", 2),
+        (multicopter(*BY_CORNERS, cruise_speed_m_s=2), "quad", 2),
+        (TO_GARDEN, "quad", 4),
+        (IN_TWO_STATES, "vtol", 2),
+    ],
+    ids=["back by its corners", "back as slowly", "on to its landing", "a wing"],
 )
 def test_a_return_along_the_mission_is_as_long_as_predicted(flight: Plan, airframe: str, rtl_type: int) -> None:
     """The vehicle counts the items back, so that the return has no time of its own: the whole flight is compared."""
     flown = predicted_and_flown(flight, airframe, params={"RTL_TYPE": rtl_type, "MIS_TKO_LAND_REQ": 0})
     returns_s = flown.items[-1].predicted_s
     assert flown.flown_s == pytest.approx(flown.predicted_s, abs=0.1 * returns_s)
+
+
+ON_A_WING = plan("vtol", takeoff(30, **at(60, 0)), waypoint(600, 0, 30, speed_m_s=18), RETURN)
+
+
+@pytest.mark.parametrize(
+    ("flight", "airframe"),
+    [
+        (multicopter(waypoint(300, 0, 15, speed_m_s=11)), "quad"),
+        (multicopter(waypoint(200, 0, 15), cruise_speed_m_s=2), "hexa"),
+        (plan("rover", waypoint(40, 0), change_speed(0.5), RETURN), "rover"),
+        (ON_A_WING, "vtol"),
+    ],
+    ids=["fast", "slow all the way", "a rover", "a wing"],
+)
+def test_a_direct_return_is_flown_at_the_vehicles_own_speed(flight: Plan, airframe: str) -> None:
+    """PX4 forgets the requested speed as it enters Return."""
+    flown = predicted_and_flown(flight, airframe, params={"RTL_TYPE": 0, "MIS_TKO_LAND_REQ": 0})
+    assert not flown.failures

@@ -53,6 +53,10 @@ def delay(duration_s: float = 5) -> Json:
     return {"type": "delay", "duration_s": duration_s}
 
 
+def change_speed(speed_m_s: float) -> Json:
+    return {"type": "change_speed", "speed_m_s": speed_m_s}
+
+
 def transition(to: str) -> Json:
     return {"type": "transition", "to": to}
 

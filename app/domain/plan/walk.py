@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.autopilot import Quantity, quantity
+from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.autopilot.declared import default_facts
 from app.domain.geo import LatLon
 from app.domain.items import PlanItem
@@ -128,7 +128,8 @@ def speed_range_m_s(facts: VehicleProfile, carried: FlightRegime) -> tuple[float
 
 
 def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tuple[float, ...]:
-    """Return the ground speed in m/s in calm air at the end of each step, within the range of the vehicle.
+    """Return the ground speed in m/s in calm air at the end of each step (of a return: on its way), within the range of
+    the vehicle.
 
     A transition ends a requested speed: PX4 returns to its default, in fixed-wing flight and in hover.
     """
@@ -138,12 +139,28 @@ def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tu
         asked[carried_in_flight(plan.vehicle_type, facts.in_flight)] = facts.in_flight.asked_speed_m_s
     ranges: dict[FlightRegime, tuple[float, float, float]] = {}
     for step in steps:
+        if step.item.goes_home:
+            flies = _flies(plan.vehicle_type, step.before)
+            speeds.append(return_speed_m_s(facts, flies, asked.get(flies)))
+            asked.clear()
+            continue
         _ask(asked, plan, step)
         if step.after not in ranges:
             ranges[step.after] = (*speed_range_m_s(facts, step.after), cruise_speed_m_s(facts, step.after))
         slowest, fastest, own = ranges[step.after]
         speeds.append(min(max(asked.get(step.after, own), slowest), fastest))
     return tuple(speeds)
+
+
+def return_speed_m_s(facts: VehicleProfile, carried: FlightRegime, asked_m_s: float | None) -> float:
+    """Return the speed of a return in this regime. `asked_m_s`: the last requested speed, None if none.
+
+    PX4 enters Return with its default speed. Only along the mission's items it repeats their last change of speed.
+    """
+    slowest, fastest = speed_range_m_s(facts, carried)
+    if asked_m_s is None or not behaviour(facts).returns.along_items:
+        asked_m_s = cruise_speed_m_s(facts, carried)
+    return min(max(asked_m_s, slowest), fastest)
 
 
 def asked_speed_m_s(plan: Plan, steps: Iterable[Step], carried: FlightRegime) -> float | None:
@@ -160,8 +177,13 @@ def _asked_at_start(plan: Plan) -> dict[FlightRegime, float]:
 
 def _ask(asked: dict[FlightRegime, float], plan: Plan, step: Step) -> None:
     item = step.item
-    if item.transition_to() is not None:
+    if item.transition_to() is not None or item.goes_home:
         asked.clear()
     speed_m_s = plan.cruise_speed_m_s if item.takes_off else item.asked_speed_m_s()
     if speed_m_s is not None:
         asked[step.after] = speed_m_s
+
+
+def _flies(vehicle_type: VehicleType, carried: FlightRegime) -> FlightRegime:
+    """What carries the vehicle here, on the ground as it takes off again."""
+    return carried_in_flight(vehicle_type) if carried is FlightRegime.GROUND else carried

@@ -12,7 +12,7 @@ from app.domain.items import ReturnToLaunch
 from app.domain.plan.compiler import brakes_at_waypoint, mission_seqs
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import Detour, DropUse, drops_of, over_alternates
-from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, speeds_along, walk
+from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, return_speed_m_s, speeds_along, walk
 from app.domain.prediction import vtol
 from app.domain.prediction.durations import Ahead, effort, flown_order, point_of
 from app.domain.prediction.energy import used_percent
@@ -47,14 +47,18 @@ def with_alternates(meant: Timeline, detour: Detour, over: Timeline, seqs_of: Ma
 _RETURN = ReturnToLaunch(type="return_to_launch")
 
 
-def way_home_percent(flight: FlightContext, there: MotionState, drop: DropUse, ahead: Ahead) -> float | None:
-    """A return from a drop, of a full battery: by the RTL settings and cruise speed; None if no rate is declared."""
+def way_home_percent(
+    flight: FlightContext, there: MotionState, drop: DropUse, ahead: Ahead, asked_m_s: float | None = None
+) -> float | None:
+    """A return from a drop, of a full battery, by the RTL settings; None if no rate is declared. `asked_m_s` is the
+    speed of the plan there.
+    """
     if flight.facts.performance is None:
         return None
     after = FlightRegime.WHEELS if drop.carried is FlightRegime.WHEELS else FlightRegime.GROUND
     step = replace(drop.step, item=_RETURN, before=drop.carried, after=after)
     flies = FlightRegime.ROTARY_WING if drop.carried is FlightRegime.GROUND else drop.carried
-    speed_m_s = cruise_speed_m_s(flight.facts, flies)
+    speed_m_s = return_speed_m_s(flight.facts, flies, asked_m_s)
     took = effort(flight, there, step, speed_m_s, None, ahead)
     return used_percent(flight.facts, there, step, took, speed_m_s)
 
@@ -150,7 +154,7 @@ def _flown(
         entries.append(_entry(flight, step, seqs, visit, now_s, took, fly_m_s, brakes, used))
         anchored = took.end if step.anchor == step.index else anchored
         if drop is not None and drop.step is step and drop.anchor is not None:
-            home = way_home_percent(flight, took.end, drop, looks_ahead[number])
+            home = way_home_percent(flight, took.end, drop, looks_ahead[number], speed_m_s or None)
             found.append(predicted_drop(flight, drop, drop.anchor, visit, now_s, anchored, home))
         now_s, motion = now_s + took.duration_s, took.end
     return entries, found

@@ -68,13 +68,18 @@ class PathReturn:
         context.event("mission_execute")
         current = self._store.current_seq
         if way is Way.TO_LANDING:
+            self._repeat_speed(landing_start or 0)
             self._climb_to(landing_start or 0, landing)
         elif way is Way.REVERSE:
-            self._go_to(max(current - 1, 0) if from_mission else self._nearest() or 0)
+            first = max(current - 1, 0) if from_mission else self._nearest() or 0
+            self._repeat_speed(first)
+            self._go_to(first)
             self._take_wing()
         else:
             following = self._position_from(current) if from_mission else self._nearest()
-            self._begin(following if following is not None else landing)
+            following = following if following is not None else landing
+            self._repeat_speed(current if following is None else following)
+            self._begin(following)
 
     def step(self) -> None:
         """One cycle. A mission that was changed or cleared ends it, as a mission that has no more positions."""
@@ -97,6 +102,15 @@ class PathReturn:
             case _Stage.LAND if status.landed:
                 self._result.seq_reached = self._store.current_seq
                 self._finish("landed", "mission_finished", SetpointKind.IDLE)
+
+    def _repeat_speed(self, first: int) -> None:
+        """The last change of speed before it, unless a transition follows (replayCachedSpeedChangeItems)."""
+        for item in reversed(self._items[:first]):
+            if item.command == Cmd.DO_VTOL_TRANSITION:
+                return
+            if item.command == Cmd.DO_CHANGE_SPEED:
+                self._context.command((item.command, (item.param1, item.param2, item.param3, item.param4)))
+                return
 
     # along the items ----------------------------------------------------------------------------------------
 

@@ -19,6 +19,7 @@ from tests.support.plan_pieces import (
     RETURN,
     Json,
     at,
+    change_speed,
     delay,
     facts,
     fixed_wing,
@@ -247,6 +248,14 @@ def test_a_return_along_the_mission_takes_its_corners_back() -> None:
     assert straight.distance_m == pytest.approx(300.0, abs=20.0)
     assert back.distance_m == pytest.approx(900.0, abs=60.0)
     assert back.uncertainty_s == 0.0
+
+
+def test_a_return_is_flown_at_the_vehicles_own_speed_whatever_was_requested() -> None:
+    """Only a return along the items repeats the request; the limit of its duration is judged by it."""
+    own, slow = multicopter(waypoint(300)), multicopter(waypoint(300), change_speed(2))
+    home_s = {rtl: predict(own, facts(home=HOME, RTL_TYPE=rtl)).entries[-1].duration_s for rtl in (0, 2)}
+    assert predict(slow, facts(home=HOME, RTL_TYPE=0)).entries[-1].duration_s == pytest.approx(home_s[0], abs=1.0)
+    assert predict(slow, facts(home=HOME, RTL_TYPE=2)).entries[-1].duration_s > home_s[2] + 80.0
 
 
 @pytest.mark.parametrize("vehicle_type", ["fixed_wing", "rover", "airship"])
