@@ -82,3 +82,18 @@ def test_a_direct_return_is_flown_at_the_vehicles_own_speed(flight: Plan, airfra
     """PX4 forgets the requested speed as it enters Return."""
     flown = predicted_and_flown(flight, airframe, params={"RTL_TYPE": 0, "MIS_TKO_LAND_REQ": 0})
     assert not flown.failures
+
+
+@pytest.mark.parametrize(
+    "flight",
+    [
+        plan("multicopter", change_speed(2), takeoff(), waypoint(100, 0, 15), RETURN),
+        multicopter(waypoint(60, 0, 15), land(80), change_speed(2), waypoint(160, 0, 15)),
+    ],
+    ids=["before the takeoff", "after a landing"],
+)
+def test_a_speed_that_is_requested_on_the_ground_counts_in_the_air(flight: Plan) -> None:
+    """The first item ends before the flight begins to be measured."""
+    flown = predicted_and_flown(flight, "quad", params={"RTL_TYPE": 0})
+    assert all(item.is_within for item in flown.items[1:])
+    assert flown.flown_s == pytest.approx(flown.predicted_s, rel=0.1)

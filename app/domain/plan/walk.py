@@ -131,7 +131,8 @@ def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tu
     """Return the ground speed in m/s in calm air at the end of each step (of a return: on its way), within the range of
     the vehicle.
 
-    A transition ends a requested speed: PX4 returns to its default, in fixed-wing flight and in hover.
+    A transition ends a requested speed: PX4 returns to its default, in fixed-wing flight and in hover. A speed that is
+    requested on the ground is that of the flight after it.
     """
     asked = _asked_at_start(plan)
     speeds: list[float] = []
@@ -140,7 +141,8 @@ def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tu
     ranges: dict[FlightRegime, tuple[float, float, float]] = {}
     for step in steps:
         if step.item.goes_home:
-            flies = _flies(plan.vehicle_type, step.before)
+            grounded = step.before is FlightRegime.GROUND
+            flies = carried_in_flight(plan.vehicle_type) if grounded else step.before
             speeds.append(return_speed_m_s(facts, flies, asked.get(flies)))
             asked.clear()
             continue
@@ -177,13 +179,20 @@ def _asked_at_start(plan: Plan) -> dict[FlightRegime, float]:
 
 def _ask(asked: dict[FlightRegime, float], plan: Plan, step: Step) -> None:
     item = step.item
-    if item.transition_to() is not None or item.goes_home:
+    if item.transition_to() is not None or item.goes_home or _turns_at_takeoff(plan, step):
         asked.clear()
     speed_m_s = plan.cruise_speed_m_s if item.takes_off else item.asked_speed_m_s()
     if speed_m_s is not None:
-        asked[step.after] = speed_m_s
+        asked[asks_for(plan, step)] = speed_m_s
 
 
-def _flies(vehicle_type: VehicleType, carried: FlightRegime) -> FlightRegime:
-    """What carries the vehicle here, on the ground as it takes off again."""
-    return carried_in_flight(vehicle_type) if carried is FlightRegime.GROUND else carried
+def asks_for(plan: Plan, step: Step) -> FlightRegime:
+    """Return the flight regime for which a step requests its speed: on the ground, that in which it takes off."""
+    if step.after is FlightRegime.GROUND:
+        return carried_in_flight(plan.vehicle_type)
+    return step.after
+
+
+def _turns_at_takeoff(plan: Plan, step: Step) -> bool:
+    """NAV_VTOL_TAKEOFF ends with a transition."""
+    return plan.vehicle_type is VehicleType.VTOL and step.item.takes_off

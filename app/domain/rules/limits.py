@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
-from app.domain.plan.walk import Step, speed_range_m_s
+from app.domain.plan.walk import Step, asks_for, speed_range_m_s
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
@@ -185,7 +185,7 @@ def _flyable_speed(context: RuleContext) -> Iterator[Violation]:
 
 
 def _speed_problem(context: RuleContext, step: Step, speed_m_s: float) -> str:
-    slowest, fastest = speed_range_m_s(context.facts, step.after)
+    slowest, fastest = speed_range_m_s(context.facts, asks_for(context.plan, step))
     if slowest <= speed_m_s <= fastest:
         return ""
     return f"{speed_m_s:g} m/s is outside the vehicle's range of {slowest:g} to {fastest:g} m/s"

@@ -250,6 +250,18 @@ def test_a_return_along_the_mission_takes_its_corners_back() -> None:
     assert back.uncertainty_s == 0.0
 
 
+@pytest.mark.parametrize(
+    ("vehicle_type", "first", "speed_m_s"),
+    [("multicopter", takeoff(), 2.0), ("airship", takeoff(20), 2.0), ("fixed_wing", wing_takeoff(), 12.0)],
+)
+def test_a_speed_that_is_requested_on_the_ground_is_that_of_the_flight(
+    vehicle_type: str, first: Json, speed_m_s: float
+) -> None:
+    slow = plan(vehicle_type, change_speed(speed_m_s), first, waypoint(600, 0, 40), waypoint(0, 0, 40))
+    entries = predict(slow, facts(vehicle_type, home=HOME)).entries
+    assert [entry.ground_speed_m_s for entry in entries if entry.type == "waypoint"] == [speed_m_s, speed_m_s]
+
+
 def test_a_return_is_flown_at_the_vehicles_own_speed_whatever_was_requested() -> None:
     """Only a return along the items repeats the request; the limit of its duration is judged by it."""
     own, slow = multicopter(waypoint(300)), multicopter(waypoint(300), change_speed(2))

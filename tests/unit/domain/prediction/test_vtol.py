@@ -8,7 +8,7 @@ from app.domain.autopilot.declared import default_facts
 from app.domain.prediction import Wind, predict, vtol
 from app.domain.prediction.motion import FlightContext, MotionState
 from app.domain.vehicle.state import VehicleType
-from tests.support.plan_pieces import HOME, land, plan, takeoff, transition, waypoint
+from tests.support.plan_pieces import HOME, at, change_speed, land, plan, takeoff, transition, waypoint
 from tests.support.plan_pieces import vtol as vtol_plan
 
 FACTS = default_facts(VehicleType.VTOL)
@@ -56,6 +56,12 @@ def test_a_speed_set_on_the_wing_does_not_count_in_hover_nor_the_other_way() -> 
     flown = [entry.ground_speed_m_s for entry in predict(plan, FACTS).entries if entry.type == "waypoint"]
     trim, cruise = (FACTS.parameters[name] for name in ("FW_AIRSPD_TRIM", "MPC_XY_CRUISE"))
     assert flown == [11.0, 3.0, trim, cruise]
+
+
+def test_a_speed_that_is_set_before_the_takeoff_ends_with_its_transition() -> None:
+    flight = plan("vtol", change_speed(4), takeoff(30, **at(60, 0)), waypoint(400), transition("multicopter"), land())
+    flown = [entry.ground_speed_m_s for entry in predict(flight, FACTS).entries if entry.type == "waypoint"]
+    assert flown == [FACTS.parameters["FW_AIRSPD_TRIM"]]
 
 
 def test_in_wind_it_is_unsure_when_a_hovering_vtol_reaches_a_heading() -> None:

@@ -11,6 +11,7 @@ from tests.support.plan_pieces import (
     RETURN,
     Json,
     at,
+    change_speed,
     circle,
     facts,
     fixed_wing,
@@ -20,6 +21,7 @@ from tests.support.plan_pieces import (
     plan,
     takeoff,
     waypoint,
+    wing_takeoff,
 )
 from tests.support.rule_case import Case
 from tests.unit.domain.rules.fence_cases import NEAR_FENCE
@@ -114,6 +116,20 @@ LIMIT_CASES = [
         fixed_wing(waypoint(400, speed_m_s=8)),
         fixed_wing(waypoint(400, speed_m_s=12)),
         about="below the stall speed",
+    ),
+    Case(
+        "speed.not_flyable",
+        "/items/0/speed_m_s",
+        plan("fixed_wing", change_speed(8), wing_takeoff(), waypoint(400, 400, 40), land()),
+        plan("fixed_wing", change_speed(12), wing_takeoff(), waypoint(400, 400, 40), land()),
+        about="below the stall speed, on the ground",
+    ),
+    Case(
+        "limits.speed",
+        "/items/1",
+        plan("multicopter", change_speed(9), takeoff(), waypoint(), RETURN, limits={"max_speed_m_s": 8}),
+        plan("multicopter", change_speed(7), takeoff(), waypoint(), RETURN, limits={"max_speed_m_s": 8}),
+        about="from the ground on",
     ),
     Case(
         "speed.not_flyable",

@@ -103,11 +103,12 @@ def test_after_a_change_it_goes_on_in_what_was_left_then() -> None:
     assert ids(tail_of(back, plan)) == ["takeoff", "clinic", "drop", "home"]
 
 
-def test_the_speed_in_force_is_asked_for_again() -> None:
+@pytest.mark.parametrize("flown", [("slow", "takeoff", "corner"), ("takeoff", "slow", "corner")], ids="-".join)
+def test_the_speed_in_force_is_asked_for_again(flown: tuple[str, ...]) -> None:
     document = json.loads((PLANS / "clinic-run.json").read_text())
-    document["items"].insert(1, {"id": "slow", "type": "change_speed", "speed_m_s": 3.5})
+    document["items"].insert(flown.index("slow"), {"id": "slow", "type": "change_speed", "speed_m_s": 3.5})
     plan = parse_plan(document)
-    tail = tail_of(run_of(plan, ("takeoff", "slow", "corner")), plan)
+    tail = tail_of(run_of(plan, flown), plan)
     assert [item.type for item in tail.items][:3] == ["takeoff", "change_speed", "waypoint"]
     assert isinstance(tail.items[1], ChangeSpeed)
     assert tail.items[1].speed_m_s == 3.5
