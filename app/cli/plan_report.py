@@ -135,6 +135,8 @@ def show_timeline(console: Console, plan: Plan, timeline: Timeline) -> None:
     for alternate in timeline.alternates:
         console.print(_alternate_line(alternate), markup=False)
     end = "without a defined end" if timeline.open_ended else f"{_clock(timeline.duration_s)} min"
+    if timeline.truncated:
+        end = f"more than {end}: only the first {len(timeline.entries)} visits are predicted"
     calm = "" if timeline.wind.given else ", in calm air"
     console.print(f"{timeline.distance_m / 1000:.2f} km, {end}{calm}{_battery_words(timeline)}", markup=False)
 

@@ -9,6 +9,7 @@ from app.domain.geo import distance_m
 from app.domain.items import Jump, Loiter, PlanItem
 from app.domain.items.fields import Altitude
 from app.domain.plan.walk import Step
+from app.domain.prediction.durations import MAX_VISITS, flown_order
 from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.clock import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
 from app.domain.vehicle.state import HOME, FlightRegime
@@ -206,6 +207,49 @@ def _nested_jump(context: RuleContext) -> Iterator[Violation]:
             if target <= inner.index < step.index:
                 message = f"the jump {inner.item.id} inside this loop is only counted once for the whole flight"
                 yield at_item(step, message, "write the repetitions out")
+
+
+@rules.error(
+    "jump.limit_not_judged",
+    f"Only the first {MAX_VISITS} visits of items are predicted, so max_duration_s and the battery cannot be judged.",
+    "Waydrop.",
+)
+def _limit_of_many_visits(context: RuleContext) -> Iterator[Violation]:
+    judged = _judged_by_time(context)
+    step = _too_often(context)
+    if judged and step is not None:
+        message = f"with its repeats the plan has more than {MAX_VISITS} visits: {judged} cannot be judged"
+        yield at_item(step, message, "repeat it less often, or split the plan", "repeats")
+
+
+@rules.warning(
+    "jump.not_predicted",
+    f"Only the first {MAX_VISITS} visits of items are predicted; the flight takes longer than its timeline.",
+    "Waydrop.",
+)
+def _many_visits(context: RuleContext) -> Iterator[Violation]:
+    step = _too_often(context)
+    if step is not None and not _judged_by_time(context):
+        message = f"with its repeats the plan has more than {MAX_VISITS} visits; the rest is not predicted"
+        yield at_item(step, message, "repeat it less often, or split the plan", "repeats")
+
+
+def _too_often(context: RuleContext) -> Step | None:
+    """The jump that repeats most, if the flight is longer than its prediction."""
+    jumps = [(step, item.repeats) for step, item, _ in _jumps(context)]
+    if not jumps or not flown_order(context.plan).truncated:
+        return None
+    return max(jumps, key=lambda jump: jump[1])[0]
+
+
+def _judged_by_time(context: RuleContext) -> str:
+    """What the whole prediction is needed for; empty if nothing is limited."""
+    performance, judged = context.facts.performance, []
+    if context.plan.limits.max_duration_s is not None:
+        judged.append("limits.max_duration_s")
+    if performance is not None and performance.has_energy_rates:
+        judged.append("the battery")
+    return " and ".join(judged)
 
 
 def _is_air_stop(item: PlanItem) -> bool:

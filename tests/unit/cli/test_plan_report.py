@@ -18,3 +18,10 @@ def test_a_prediction_for_calm_air_says_that_wind_is_not_in_it(wind: Wind, told:
     plan, written = multicopter(waypoint()), io.StringIO()
     show_timeline(Console(file=written, width=200), plan, predict(plan, default_facts(plan.vehicle_type), wind))
     assert ("in calm air" in written.getvalue()) is told
+
+
+def test_a_prediction_that_is_cut_off_says_so() -> None:
+    jump = {"type": "jump", "target": "a", "repeats": 1000}
+    plan, written = multicopter(waypoint(id="a"), *[waypoint(50)] * 5, jump), io.StringIO()
+    show_timeline(Console(file=written, width=200), plan, predict(plan, default_facts(plan.vehicle_type)))
+    assert "min: only the first 5000 visits are predicted" in written.getvalue().splitlines()[-1]

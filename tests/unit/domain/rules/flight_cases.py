@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import InFlight, VehicleProfile
 from tests.support.plan_pieces import (
     HOME,
@@ -341,5 +342,26 @@ COMMAND_CASES = [
         "/items/5",
         multicopter(waypoint(id="a"), waypoint(50, id="b"), waypoint(60), _jump("b"), _jump("a")),
         multicopter(waypoint(id="a"), waypoint(50, id="b"), _jump("a"), waypoint(60, id="c"), _jump("c")),
+    ),
+    Case(
+        "jump.not_predicted",
+        "/items/7/repeats",
+        multicopter(waypoint(id="a"), *[waypoint(50)] * 5, _jump("a", 1000)),
+        multicopter(waypoint(id="a"), *[waypoint(50)] * 5, _jump("a", 800)),
+    ),
+    Case(
+        "jump.limit_not_judged",
+        "/items/7/repeats",
+        multicopter(waypoint(id="a"), *[waypoint(50)] * 5, _jump("a", 1000), limits={"max_duration_s": 86_400}),
+        multicopter(waypoint(id="a"), *[waypoint(50)] * 5, _jump("a", 1000)),
+    ),
+    Case(
+        "jump.limit_not_judged",
+        "/items/7/repeats",
+        multicopter(waypoint(id="a"), *[waypoint(50)] * 5, _jump("a", 1000)),
+        multicopter(waypoint(id="a"), *[waypoint(50)] * 5, _jump("a", 1000)),
+        replace(facts(), performance=Performance(battery_percent_per_min=0.001)),
+        replace(facts(), performance=Performance(payload_max_kg=2.0)),
+        about="of a battery",
     ),
 ]
