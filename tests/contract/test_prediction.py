@@ -97,3 +97,12 @@ def test_a_speed_that_is_requested_on_the_ground_counts_in_the_air(flight: Plan)
     flown = predicted_and_flown(flight, "quad", params={"RTL_TYPE": 0})
     assert all(item.is_within for item in flown.items[1:])
     assert flown.flown_s == pytest.approx(flown.predicted_s, rel=0.1)
+
+
+@pytest.mark.parametrize("wind_m_s", [(-6.0, 0.0), (0.0, 8.0)], ids=["headwind", "crosswind"])
+def test_a_multicopter_in_strong_wind_is_as_unsure_as_it_is_slow(wind_m_s: tuple[float, float]) -> None:
+    """The quad flies 3.8 m/s against 6 m/s, and 1.8 m/s against 8 m/s, home from the east."""
+    flight = multicopter(waypoint(100, 0, 15, hold_s=5), waypoint(100, 120, 15, hold_s=2))
+    flown = predicted_and_flown(flight, "quad", wind_m_s=wind_m_s)
+    assert not flown.failures
+    assert any(item.uncertainty_s > 0.0 for item in flown.items)

@@ -13,7 +13,7 @@ from app.domain.plan.compiler import brakes_at_waypoint, mission_seqs
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import Detour, DropUse, drops_of, over_alternates
 from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, return_speed_m_s, speeds_along, walk
-from app.domain.prediction import vtol
+from app.domain.prediction import rotary, vtol
 from app.domain.prediction.durations import Ahead, effort, flown_order, point_of
 from app.domain.prediction.energy import used_percent
 from app.domain.prediction.motion import CALM, Effort, FlightContext, MotionState, Point, Wind, flight_of
@@ -146,7 +146,8 @@ def _flown(
             took = took._replace(uncertainty_s=took.uncertainty_s + now_s)
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.uncertainty_s > 0.0
-            if (more_s := vtol.uncertainty_s(flight, step)) > 0.0:
+            more_s = vtol.uncertainty_s(flight, step) + rotary.wind_uncertainty_s(flight, step, took, fly_m_s)
+            if more_s > 0.0:
                 took = took._replace(uncertainty_s=took.uncertainty_s + more_s)
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
         seqs = tuple(seqs_of.get(step.item.id, ()))

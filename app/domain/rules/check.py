@@ -27,6 +27,7 @@ from app.domain.rules import (
     performance,
     takeoff_landing,
     vehicle,
+    weather,
 )
 from app.domain.rules.alternate import detour_findings
 from app.domain.rules.registry import Assumptions, Rule, RuleContext
@@ -34,7 +35,7 @@ from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
 FILES = (
-    *(gripper, alternate, moving_target, braking, takeoff_landing, fixed_wing),
+    *(gripper, alternate, moving_target, braking, takeoff_landing, fixed_wing, weather),
     *(geofence, limits, performance, vehicle),
 )
 RULES: tuple[Rule, ...] = tuple(rule for file in FILES for rule in file.rules.all)

@@ -1,4 +1,4 @@
-"""Rules for fixed wings and VTOLs: landing patterns, turns, transitions and wind."""
+"""Rules for fixed wings and VTOLs: landing patterns, turns and transitions."""
 
 from __future__ import annotations
 
@@ -177,28 +177,3 @@ def _returns_elsewhere(context: RuleContext) -> Iterator[Violation]:
         return
     message = f"with {returns.setting}, a return to this landing in wing flight flies the vehicle into the ground"
     yield at_item(landing, message, f"{returns.setting.remedy}: a return then goes to home or a rally point")
-
-
-_THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
-
-
-@rules.error(
-    "wind.too_strong",
-    "A fixed wing or airship that is not faster than the wind cannot follow its path.",
-    "Waydrop; the wind is a parameter of the check.",
-)
-def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
-    wind_m_s, before_m_s = context.wind.speed_m_s, 0.0
-    if wind_m_s == 0.0:
-        return
-    for step, own_m_s in zip(context.steps, context.speeds_m_s, strict=True):
-        airspeed_m_s = own_m_s or before_m_s  # a landing is flown at the speed of the item before it
-        before_m_s = airspeed_m_s
-        if _is_carried_by_air(step) and airspeed_m_s <= wind_m_s:
-            message = f"the airspeed of {airspeed_m_s:g} m/s does not exceed the wind of {wind_m_s:g} m/s"
-            yield at_item(step, message, "wait for less wind, or fly faster")
-            return
-
-
-def _is_carried_by_air(step: Step) -> bool:
-    return step.item.moves and (step.after in _THROUGH_AIR or step.before in _THROUGH_AIR)

@@ -7,7 +7,20 @@ from dataclasses import replace
 from app.domain.prediction import Wind
 from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import VehicleProfile
-from tests.support.plan_pieces import airship, facts, fixed_wing, gripper, multicopter, waypoint, winch
+from tests.support.plan_pieces import (
+    RETURN,
+    airship,
+    change_speed,
+    facts,
+    fixed_wing,
+    gripper,
+    multicopter,
+    plan,
+    takeoff,
+    vtol,
+    waypoint,
+    winch,
+)
 from tests.support.rule_case import Case
 
 SMALL = Performance(payload_max_kg=2.0, battery_percent_per_min=4.0)
@@ -130,5 +143,58 @@ WIND_CASES = [
         wrong_wind=Wind(east_m_s=5.0),
         right_wind=Wind(east_m_s=5.0),
         about="an airship",
+    ),
+    Case(
+        "wind.too_strong",
+        "/items/0",
+        multicopter(waypoint(400)),
+        multicopter(waypoint(400)),
+        wrong_wind=Wind(east_m_s=12.0),
+        right_wind=Wind(east_m_s=11.9),
+        about="a multicopter",
+    ),
+    Case(
+        "wind.too_strong",
+        "/items/0",
+        vtol(waypoint(400)),
+        vtol(waypoint(400)),
+        wrong_wind=Wind(east_m_s=12.5),
+        right_wind=Wind(east_m_s=11.0),
+        about="a VTOL that takes off",
+    ),
+    Case(
+        "wind.too_strong",
+        "/items/3",
+        plan("airship", change_speed(7), takeoff(20), waypoint(400), RETURN),
+        plan("airship", change_speed(7), takeoff(20), waypoint(400), waypoint(0, 0)),
+        wrong_wind=Wind(east_m_s=5.0),
+        right_wind=Wind(east_m_s=5.0),
+        about="a return at its own speed",
+    ),
+    Case(
+        "wind.strong",
+        "/items/0",
+        multicopter(waypoint(400)),
+        multicopter(waypoint(400)),
+        wrong_wind=Wind(east_m_s=5.1),
+        right_wind=Wind(east_m_s=5.0),
+    ),
+    Case(
+        "wind.strong",
+        "/items/1",
+        multicopter(waypoint(400, speed_m_s=8)),
+        multicopter(waypoint(400, speed_m_s=7)),
+        wrong_wind=Wind(east_m_s=5.0),
+        right_wind=Wind(east_m_s=5.0),
+        about="against a fast leg",
+    ),
+    Case(
+        "wind.strong",
+        "/items/0",
+        vtol(waypoint(400)),
+        vtol(waypoint(400)),
+        wrong_wind=Wind(east_m_s=6.0),
+        right_wind=Wind(east_m_s=5.0),
+        about="a VTOL that takes off",
     ),
 ]
