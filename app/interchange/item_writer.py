@@ -19,6 +19,7 @@ from app.domain.plan import Plan
 from app.domain.plan.compiler import EMBEDDED_HOLD_S, settle_s, stop_radius_m
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.walk import Step, walk
+from app.domain.prediction.durations import COMES_TO_REST_S
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleType
 from app.interchange.item_draft import FileItem, ItemExtra
 from app.interchange.item_reader import speed_kind
@@ -121,10 +122,18 @@ def _around_drop(drop: DropUse, following: PlanItem | None) -> tuple[list[FileIt
     """The waits that a stopped drop needs before and after it: PX4 itself goes on at once."""
     if not drop.stopped:
         return [], []
-    rolls = drop.supervised and drop.first and drop.carried in (FlightRegime.WHEELS, FlightRegime.GROUND)
+    pause_s = _pause_s(drop)
     settle = settle_s(drop.item, default_facts(VehicleType.MULTICOPTER))
     waits = isinstance(following, Delay) and following.duration_s >= settle
-    return ([_wait(_BEFORE_DROP_S, "pause")] if rolls else []), ([] if waits else [_wait(settle, "wait")])
+    return ([_wait(pause_s, "pause")] if pause_s else []), ([] if waits else [_wait(settle, "wait")])
+
+
+def _pause_s(drop: DropUse) -> float:
+    if not drop.first:
+        return 0.0
+    if drop.carried is FlightRegime.ROTARY_WING:
+        return 0.0 if _stops_at_waypoint(drop) else COMES_TO_REST_S
+    return _BEFORE_DROP_S if drop.supervised else 0.0
 
 
 def _landing_items(item: Land, step: Step, home: GlobalPosition) -> list[FileItem]:

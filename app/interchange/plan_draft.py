@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.domain.items import PlanItem
+from app.domain.items import Loiter, PlanItem
 from app.domain.plan import Plan, PlanInvalid, parse_plan
-from app.domain.plan.compiler import EMBEDDED_HOLD_S, brakes_at_waypoint, stop_radius_m
+from app.domain.plan.compiler import EMBEDDED_HOLD_S, brakes_at_waypoint, holds_apart, stop_radius_m
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.json_tree import MAX_FIELDS
 from app.domain.plan.walk import reference_home, walk
+from app.domain.prediction.durations import COMES_TO_REST_S
 from app.domain.validation.finding import Finding
 from app.domain.vehicle.state import FlightRegime
 from app.interchange.findings import FileObject, Report
@@ -75,11 +76,15 @@ def _with_motion(plan: Plan, drafts: Sequence[ItemDraft], report: Report) -> Pla
 
 
 def _report_braking(drop: DropUse, drafts: Sequence[ItemDraft], report: Report) -> None:
-    """PX4 stops at a waypoint only for hold and radius together: without them the file's own drop is a moving one."""
-    place = drop.anchor.item if drop.anchor is not None else None
-    if drop.anchor is None or place is None or not brakes_at_waypoint(drop):
+    """PX4 stops at a waypoint only for hold and radius together, and ends a loiter before its point: without them the
+    file's own drop is a moving one.
+    """
+    if drop.anchor is None or not drop.first:
         return
-    if place.hovers_s() < EMBEDDED_HOLD_S or place.reach_m() != stop_radius_m(place.reach_m()):
+    place = drop.anchor.item
+    brakes = place.hovers_s() >= EMBEDDED_HOLD_S and place.reach_m() == stop_radius_m(place.reach_m())
+    hovers = drop.delayed or (isinstance(place, Loiter) and (place.duration_s or 0.0) >= COMES_TO_REST_S)
+    if (brakes_at_waypoint(drop) and not brakes) or (holds_apart(drop) and not hovers):
         message = (
             "as in the file, the vehicle would not stop here and would release about 10 m before; Waydrop makes it stop"
         )

@@ -9,7 +9,18 @@ import pytest
 from app.domain.plan import Plan, parse_plan
 from bench.predicted_flight import predicted_and_flown
 from tests.support.paths import PLANS
-from tests.support.plan_pieces import RETURN, at, change_speed, land, multicopter, plan, takeoff, waypoint
+from tests.support.plan_pieces import (
+    RETURN,
+    at,
+    change_speed,
+    gripper,
+    land,
+    loiter,
+    multicopter,
+    plan,
+    takeoff,
+    waypoint,
+)
 
 
 @pytest.mark.parametrize(
@@ -41,6 +52,15 @@ def test_the_vehicles_own_parameters_are_what_is_predicted_with() -> None:
     params = {"MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0, "MPC_LAND_SPEED": 0.5, "RTL_RETURN_ALT": 20.0}
     example = parse_plan(json.loads((PLANS / "multicopter-embedded.json").read_text(encoding="utf-8")))
     assert not predicted_and_flown(example, "quad", params=params).failures
+
+
+@pytest.mark.parametrize("duration_s", [0, 3, 20])
+@pytest.mark.parametrize("mode", ["embedded", "supervised"])
+def test_a_stopped_drop_after_a_loiter_is_released_at_its_point(duration_s: float, mode: str) -> None:
+    """The loiter itself ends at the vehicle's acceptance radius, 10 m before."""
+    flown = predicted_and_flown(multicopter(loiter(duration_s=duration_s), gripper(mode=mode)), "quad")
+    assert not flown.failures
+    assert flown.drops[0].apart_m == pytest.approx(0.0, abs=1.5)
 
 
 TO_GARDEN = plan("multicopter", takeoff(), waypoint(120, 0, 15), land(160, 0), waypoint(100, 120, 20), RETURN)

@@ -79,7 +79,8 @@ def _numbered(seq: int, draft: Draft, first: Mapping[str, int]) -> MissionItem:
 # Compiles drops: each expectation of the plan becomes items that have that effect on PX4.
 #
 # A stopped drop of a rotary wing: hold and acceptance radius together, at the waypoint (the gripper item itself does
-# not brake on current firmware). On the ground and on wheels: NAV_DELAY. A moving drop: no hold.
+# not brake on current firmware). A loiter ends at the vehicle's own radius, still moving: a waypoint follows it.
+# On the ground and on wheels: NAV_DELAY. A moving drop: no hold.
 
 
 STOP_RADIUS_M = 1.0
@@ -141,6 +142,11 @@ def brakes_at_waypoint(drop: DropUse) -> bool:
     )
 
 
+def holds_apart(drop: DropUse) -> bool:
+    """A rotary wing stops for this drop at a waypoint of the drop's own: its position item does not brake for it."""
+    return drop.stopped and drop.carried is FlightRegime.ROTARY_WING and not brakes_at_waypoint(drop)
+
+
 def bound_s(drop: DropUse) -> float:
     """How long the vehicle waits for a release command."""
     brakes = brakes_at_waypoint(drop)
@@ -164,13 +170,20 @@ def _add_hold(drafts: DraftList, drop: DropUse, place: Stop) -> tuple[int, ...]:
     anchor_seq = drafts.last_seq_of(place.id)
     if brakes_at_waypoint(drop) and drop.supervised:
         return (anchor_seq,)
+    if holds_apart(drop):
+        own = drafts.add(drop.item.id, place.waypoint_draft(_apart_s(drop), stop_radius_m(place.reach_m())))
+        return tuple(range(anchor_seq, own + 1)) if drop.first and not drop.supervised else (own,)
     if drop.first and not drop.supervised:
         return tuple(range(anchor_seq, drafts.next_seq))
-    if drop.carried is FlightRegime.ROTARY_WING and drop.stopped:
-        hold_s = drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S
-        return (drafts.add(drop.item.id, place.waypoint_draft(hold_s, stop_radius_m(place.reach_m()))),)
     own = drafts.add(drop.item.id, delay_draft(drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S))
     return (anchor_seq, own) if anchor_seq == own - 1 else (own,)
+
+
+def _apart_s(drop: DropUse) -> float:
+    """An embedded drop has no other check that the vehicle is at rest; the second one at a place begins at rest."""
+    if drop.supervised:
+        return drop.item.hold_s + _leave_s(drop)
+    return EMBEDDED_HOLD_S if drop.first else PAUSE_S
 
 
 def _leave_s(drop: DropUse) -> float:

@@ -14,7 +14,7 @@ from app.domain.geo import LatLon
 from app.domain.items import Approach, Jump
 from app.domain.items.fields import Position
 from app.domain.items.landing_pattern import landing_pattern
-from app.domain.plan.compiler import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
+from app.domain.plan.compiler import EMBEDDED_HOLD_S, bound_s, holds_apart, settle_s, stop_radius_m
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step, cruise_speed_m_s
@@ -26,6 +26,10 @@ from app.domain.vehicle.state import FlightRegime, VehicleType
 
 REST_S = 1.4
 """A supervised drop: from the stop radius to the order to release: at rest, calm, looked at ten times a second."""
+COMES_TO_REST_S = 6.0
+"""A rotary wing from the acceptance radius of a loiter to rest at its point (flown at 5 and 11 m/s)."""
+OVERSHOOT_S = 3.5
+"""It comes to the point faster than at a waypoint that brakes, and may have to return before it counts as at rest."""
 ANSWER_S = 0.2
 """From the gripper's last ack to the next item."""
 
@@ -92,7 +96,7 @@ class _StepPredictor(NamedTuple):
             return wing.circle(flight, self.before, point, up_m, wide_m, seconds, self.speed_m_s)
         reach_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
         leg = _leg(flight, self.before, step, self.speed_m_s, reach_m, self._nothing())
-        end = leg.end if step.after is FlightRegime.BUOYANCY else leg.end.standing(point_of(flight, step.end))
+        end = leg.end if step.after is FlightRegime.BUOYANCY else _braked(leg.end, point_of(flight, step.end), seconds)
         return Effort(leg.distance_m, leg.duration_s + seconds, end)
 
     def land(self, touchdown: Position, approach: Approach | None) -> Effort:
@@ -120,7 +124,7 @@ class _StepPredictor(NamedTuple):
         return Effort(0.0, duration_s, _waited(self.before, self.step))
 
     def drop(self) -> Effort:
-        return _drop(self.flight, self.before, self.step, self.use)
+        return _drop(self.flight, self.before, self.step, self.use, self.speed_m_s)
 
     def at_once(self) -> Effort:
         return Effort(0.0, 0.0, self.before)
@@ -261,16 +265,43 @@ def _waited(before: MotionState, step: Step) -> MotionState:
     )
 
 
-def _drop(flight: FlightContext, before: MotionState, step: Step, drop: DropUse | None) -> Effort:
+def _braked(moving: MotionState, point: Point, seconds: float) -> MotionState:
+    """The motion of a rotary wing that slows down at an even rate for so long, on its way to rest at a point."""
+    left = 1.0 - seconds / COMES_TO_REST_S
+    if left <= 0.0 or moving.speed_m_s <= 0.0:
+        return moving.standing(point)
+    there = (
+        point[0] + left**2 * (moving.point[0] - point[0]),
+        point[1] + left**2 * (moving.point[1] - point[1]),
+    )
+    return moving._replace(point=there, speed_m_s=left * moving.speed_m_s)
+
+
+def _drop(flight: FlightContext, before: MotionState, step: Step, drop: DropUse | None, speed_m_s: float) -> Effort:
     """A drop's own time: none for one in passing."""
     if drop is None or not drop.stopped:
         return Effort(0.0, 0.0, before)
+    stopped = _stop_for(flight, before, drop, speed_m_s)
     if not drop.supervised:
-        return Effort(0.0, settle_s(drop.item, flight.facts), before.standing())
+        return stopped._replace(duration_s=stopped.duration_s + settle_s(drop.item, flight.facts))
     question_s = _longest_question_s(drop)
     rest_s = REST_S if drop.carried is FlightRegime.WHEELS else 0.0
-    seconds = rest_s + quantity(flight.facts, Quantity.GRIPPER_S) + ANSWER_S + question_s
-    return Effort(0.0, seconds, before.standing(), uncertainty_s=question_s)  # the acknowledgement may come at once
+    seconds = stopped.duration_s + rest_s + quantity(flight.facts, Quantity.GRIPPER_S) + ANSWER_S + question_s
+    uncertainty_s = stopped.uncertainty_s + question_s  # the acknowledgement may come at once
+    return stopped._replace(duration_s=seconds, uncertainty_s=uncertainty_s)
+
+
+def _stop_for(flight: FlightContext, before: MotionState, drop: DropUse, speed_m_s: float) -> Effort:
+    """From the end of the item before to rest, where the vehicle stops at a waypoint of the drop's own."""
+    hold_s = EMBEDDED_HOLD_S if not drop.supervised and drop.first and holds_apart(drop) else 0.0
+    if drop.anchor is None or before.speed_m_s <= 0.0 or not holds_apart(drop):
+        return Effort(0.0, hold_s, before.standing())
+    point, up_m = point_of(flight, drop.anchor.end), drop.anchor.end.relative_altitude_m
+    way = rotary.fly(
+        flight, before, rotary.LegTarget(point, up_m, stop_radius_m(drop.anchor.item.reach_m())), speed_m_s
+    )
+    hold_s += REST_S if drop.supervised else 0.0
+    return Effort(before.away_m(point), way.duration_s + hold_s, before.standing(point, up_m), OVERSHOOT_S)
 
 
 def _longest_question_s(drop: DropUse) -> float:

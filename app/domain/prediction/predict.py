@@ -9,7 +9,7 @@ from functools import cache
 
 from app.domain.autopilot import behaviour
 from app.domain.items import ReturnToLaunch
-from app.domain.plan.compiler import brakes_at_waypoint, mission_seqs
+from app.domain.plan.compiler import brakes_at_waypoint, holds_apart, mission_seqs, settle_s
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import Detour, DropUse, drops_of, over_alternates
 from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, return_speed_m_s, speeds_along, walk
@@ -156,9 +156,15 @@ def _flown(
         anchored = took.end if step.anchor == step.index else anchored
         if drop is not None and drop.step is step and drop.anchor is not None:
             home = way_home_percent(flight, took.end, drop, looks_ahead[number], speed_m_s or None)
-            found.append(predicted_drop(flight, drop, drop.anchor, visit, now_s, anchored, home))
+            at_s = now_s + took.duration_s - settle_s(drop.item, flight.facts) if _brakes_late(drop) else now_s
+            found.append(predicted_drop(flight, drop, drop.anchor, visit, at_s, anchored, home))
         now_s, motion = now_s + took.duration_s, took.end
     return entries, found
+
+
+def _brakes_late(drop: DropUse) -> bool:
+    """The time of an embedded drop begins with its own hold, before the release."""
+    return not drop.supervised and holds_apart(drop)
 
 
 def _asked_m_s(facts: VehicleProfile) -> float:

@@ -13,6 +13,7 @@ from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from tests.support.plan_pieces import (
     RETURN,
+    Json,
     airship,
     at,
     circle,
@@ -124,6 +125,19 @@ def test_a_supervised_drop_after_a_hovering_loiter_gets_a_hold_of_its_own() -> N
     assert _commands(mission)[1:3] == ["NAV_LOITER_TIME", "NAV_WAYPOINT"]
     assert (mission.items[1].x, mission.items[1].y) == (mission.items[2].x, mission.items[2].y)
     assert mission.drops[0].hold_seqs == mission.seqs_of("drop") == (2,)
+
+
+@pytest.mark.parametrize(
+    "drop", [gripper(mode="embedded"), gripper(action="grab"), winch()], ids=["release", "grab", "winch"]
+)
+@pytest.mark.parametrize("place", [loiter(duration_s=0), loiter("to_altitude")], ids=["time", "to_altitude"])
+def test_an_embedded_drop_after_a_hovering_loiter_stops_at_a_waypoint_of_its_own(place: Json, drop: Json) -> None:
+    mission = _compiled(multicopter(place, {**drop, "id": "drop"}))
+    assert _commands(mission)[2] == "NAV_WAYPOINT"
+    assert _same(_params(mission.items[2]), (5, 1, 0, NAN))
+    assert (mission.items[1].x, mission.items[1].y) == (mission.items[2].x, mission.items[2].y)
+    assert mission.seqs_of("drop") == (2, 3, 4)
+    assert all((one.hold_seqs, one.release_seq) == ((1, 2), 3) for one in mission.drops)
 
 
 def test_two_supervised_drops_at_one_place_hold_twice() -> None:
