@@ -63,6 +63,18 @@ def test_a_stopped_drop_after_a_loiter_is_released_at_its_point(duration_s: floa
     assert flown.drops[0].apart_m == pytest.approx(0.0, abs=1.5)
 
 
+def test_a_photo_and_a_speed_before_a_drop_with_an_alternate_are_flown() -> None:
+    locker = at(100, 80, relative_altitude_m=30)
+    between = ({"type": "photo", "id": "before"}, {"type": "change_speed", "speed_m_s": 3, "id": "slow"})
+    flight = multicopter(waypoint(), *between, gripper(alternate=locker), waypoint(100, 60))
+    flown = predicted_and_flown(flight, "quad")
+    times = {row.item_id: row for row in flown.items[:-1]}
+    assert all(row.is_within for row in times.values())
+    assert times["before"].flown_s is not None
+    assert times["slow"].flown_s is not None
+    assert len(flown.drops) == 1
+
+
 TO_GARDEN = plan("multicopter", takeoff(), waypoint(120, 0, 15), land(160, 0), waypoint(100, 120, 20), RETURN)
 BY_CORNERS = (waypoint(150, 0, 15), waypoint(150, 120, 15), waypoint(300, 120, 25, hold_s=2))
 IN_TWO_STATES = plan("vtol", takeoff(30, **at(60, 0)), waypoint(400, 0), waypoint(400, 300), RETURN)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -93,8 +93,11 @@ PAUSE_S = 1.0
 
 def add_waypoint_with_drop(drafts: DraftList, item: Stop, drop: DropUse) -> None:
     """The waypoint of a stopped drop of a rotary wing: it brakes there and waits."""
-    hold_s = drop.item.hold_s if drop.supervised else EMBEDDED_HOLD_S
-    hold_s = max(hold_s, item.hovers_s()) + _leave_s(drop)
+    if brakes_to_prepare(drop):
+        hold_s = max(PAUSE_S, item.hovers_s())
+    else:
+        hold_s = drop.item.hold_s if drop.supervised else EMBEDDED_HOLD_S
+        hold_s = max(hold_s, item.hovers_s()) + _leave_s(drop)
     drafts.add(item.id, item.waypoint_draft(hold_s, stop_radius_m(item.reach_m())))
 
 
@@ -131,15 +134,32 @@ def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleProfile, ground_spe
 
 
 def brakes_at_waypoint(drop: DropUse) -> bool:
-    """The hold is part of the waypoint. A supervised drop is commanded there, so delays must end before it."""
+    """The hold is part of the waypoint. What precedes a supervised drop there is done before: the end of its hold may
+    be a jump over everything up to the item after its alternate.
+    """
+    return _stops_at_waypoint(drop) and not (drop.supervised and (drop.delayed or drop.prepared))
+
+
+def brakes_to_prepare(drop: DropUse) -> bool:
+    """The waypoint stops for what is done before the drop, such as a photo. The drop has a hold of its own."""
+    return _stops_at_waypoint(drop) and drop.supervised and drop.prepared
+
+
+def _stops_at_waypoint(drop: DropUse) -> bool:
     return (
         drop.first
-        and not (drop.supervised and drop.delayed)
         and drop.stopped
         and drop.carried is FlightRegime.ROTARY_WING
         and drop.anchor is not None
         and drop.anchor.item.holds()
     )
+
+
+def braking_at(drops: Iterable[DropUse]) -> Iterator[tuple[Step, DropUse]]:
+    """Return the waypoints at which a rotary wing brakes, each with its drop."""
+    for drop in drops:
+        if drop.anchor is not None and (brakes_at_waypoint(drop) or brakes_to_prepare(drop)):
+            yield drop.anchor, drop
 
 
 def holds_apart(drop: DropUse) -> bool:
@@ -350,9 +370,7 @@ def _drafted(
             f"the plan is for {plan.vehicle_type.noun}, but the vehicle is {facts.vehicle_type.noun}"
         )
     drops = {drop.step.index: drop for drop in drops_of(steps)}
-    braking = {
-        drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
-    }
+    braking = {anchor.index: drop for anchor, drop in braking_at(drops.values())}
     drafts = DraftList()
     compiled: list[CompiledDrop] = []
     speeds = speeds_along(plan, facts, steps) if drops else ()

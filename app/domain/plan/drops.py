@@ -25,7 +25,8 @@ CAN_GO_ON = frozenset({FlightRegime.ROTARY_WING, FlightRegime.WHEELS})
 class DropUse:
     """A drop of the walk. `anchor` is its position step, None if it follows none. `first`: first drop at that position.
 
-    `delayed`: a delay item precedes it at that position.
+    `delayed`: a delay item precedes it at that position. `prepared`: a photo or a speed change precedes
+    it there.
     """
 
     step: Step
@@ -34,6 +35,7 @@ class DropUse:
     first: bool
     supervised: bool
     delayed: bool = False
+    prepared: bool = False
 
     @property
     def releases(self) -> bool:
@@ -67,17 +69,20 @@ def drops_of(steps: Iterable[Step]) -> tuple[DropUse, ...]:
     found: list[DropUse] = []
     stop: Step | None = None
     last: Step | None = None
-    delayed = False
+    between: list[PlanItem] = []
     for step in steps:
         if isinstance(step.item, Drop):
             anchor = stop if step.anchor is not None else None
             first = last is None or last.anchor != step.anchor or step.index < last.index
-            found.append(DropUse(step, step.item, anchor, first, is_supervised(step.item, step.before), delayed))
-            last, delayed = step, False
+            delayed = any(item.waits for item in between)
+            prepared = any(item.stays and not item.waits for item in between)
+            supervised = is_supervised(step.item, step.before)
+            found.append(DropUse(step, step.item, anchor, first, supervised, delayed, prepared))
+            last, between = step, []
         elif step.anchor == step.index:
-            stop, last, delayed = step, None, False
-        elif step.item.waits:
-            delayed = True
+            stop, last, between = step, None, []
+        else:
+            between.append(step.item)
     return tuple(found)
 
 

@@ -14,7 +14,15 @@ from app.domain.geo import LatLon
 from app.domain.items import Approach, Jump
 from app.domain.items.fields import Position
 from app.domain.items.landing_pattern import landing_pattern
-from app.domain.plan.compiler import EMBEDDED_HOLD_S, bound_s, holds_apart, settle_s, stop_radius_m
+from app.domain.plan.compiler import (
+    EMBEDDED_HOLD_S,
+    PAUSE_S,
+    bound_s,
+    brakes_to_prepare,
+    holds_apart,
+    settle_s,
+    stop_radius_m,
+)
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step, cruise_speed_m_s
@@ -30,6 +38,8 @@ COMES_TO_REST_S = 6.0
 """A rotary wing from the acceptance radius of a loiter to rest at its point (flown at 5 and 11 m/s)."""
 OVERSHOOT_S = 3.5
 """It comes to the point faster than at a waypoint that brakes, and may have to return before it counts as at rest."""
+SEEN_AT_HOLD_S = 0.8
+"""A vehicle at rest enters the hold of a supervised drop: until it is seen there, once a second, and calm."""
 ANSWER_S = 0.2
 """From the gripper's last ack to the next item."""
 
@@ -82,7 +92,9 @@ class _StepPredictor(NamedTuple):
         leg = _leg(flight, self.before, step, self.speed_m_s, radius_m, self._nothing() if hovers else self.ahead)
         if not hovers:
             return leg
-        if drop is not None:
+        if drop is not None and brakes_to_prepare(drop):
+            hold_s = max(hold_s, PAUSE_S)
+        elif drop is not None:
             hold_s = REST_S if drop.supervised else max(hold_s, EMBEDDED_HOLD_S)
         point = point_of(flight, step.end)
         return Effort(self.before.away_m(point), leg.duration_s + hold_s, leg.end.standing(point), leg.uncertainty_s)
@@ -293,9 +305,11 @@ def _drop(flight: FlightContext, before: MotionState, step: Step, drop: DropUse 
 
 def _stop_for(flight: FlightContext, before: MotionState, drop: DropUse, speed_m_s: float) -> Effort:
     """From the end of the item before to rest, where the vehicle stops at a waypoint of the drop's own."""
-    hold_s = EMBEDDED_HOLD_S if not drop.supervised and drop.first and holds_apart(drop) else 0.0
-    if drop.anchor is None or before.speed_m_s <= 0.0 or not holds_apart(drop):
-        return Effort(0.0, hold_s, before.standing())
+    if drop.anchor is None or not holds_apart(drop):
+        return Effort(0.0, 0.0, before.standing())
+    hold_s = 0.0 if drop.supervised or not drop.first else EMBEDDED_HOLD_S
+    if before.speed_m_s <= 0.0:
+        return Effort(0.0, SEEN_AT_HOLD_S if drop.supervised else hold_s, before.standing())
     point, up_m = point_of(flight, drop.anchor.end), drop.anchor.end.relative_altitude_m
     way = rotary.fly(
         flight, before, rotary.LegTarget(point, up_m, stop_radius_m(drop.anchor.item.reach_m())), speed_m_s

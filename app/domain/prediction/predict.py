@@ -9,7 +9,7 @@ from functools import cache
 
 from app.domain.autopilot import behaviour
 from app.domain.items import ReturnToLaunch
-from app.domain.plan.compiler import brakes_at_waypoint, holds_apart, mission_seqs, settle_s
+from app.domain.plan.compiler import braking_at, holds_apart, mission_seqs, settle_s
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import Detour, DropUse, drops_of, over_alternates
 from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, return_speed_m_s, speeds_along, walk
@@ -129,7 +129,7 @@ def _flown(
     """Item after item, each from where and as the one before it ended."""
     speeds = speeds_along(plan, flight.facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
-    braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
+    braking = {id(anchor): drop for anchor, drop in braking_at(drops.values())}
     looks_ahead = _ahead(flight, steps, cache(lambda: positions_of(flight, plan)))
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []

@@ -105,11 +105,15 @@ def test_a_hold_that_is_longer_or_a_radius_that_is_smaller_stays() -> None:
     assert mission.drops[0].hold_s == 50
 
 
-def test_a_speed_before_a_supervised_drop_is_set_when_it_flies_on() -> None:
-    speed = {"type": "change_speed", "speed_m_s": 3}
-    mission = _compiled(multicopter(waypoint(), speed, gripper()))
-    assert _commands(mission)[1:3] == ["NAV_WAYPOINT", "DO_CHANGE_SPEED"]
-    assert (mission.drops[0].hold_seqs, mission.drops[0].resume_seq) == ((1,), 2)
+@pytest.mark.parametrize("more", [{}, {"alternate": at(100, 80, relative_altitude_m=30)}], ids=["alone", "alternate"])
+def test_a_photo_and_a_speed_before_a_supervised_drop_are_done_before_its_hold(more: Json) -> None:
+    photo, speed = {"type": "photo", "id": "before"}, {"type": "change_speed", "speed_m_s": 3, "id": "slow"}
+    mission = _compiled(multicopter(waypoint(id="door"), photo, speed, gripper(id="drop", **more)))
+    assert _commands(mission)[1:5] == ["NAV_WAYPOINT", "IMAGE_START_CAPTURE", "DO_CHANGE_SPEED", "NAV_WAYPOINT"]
+    assert _same(_params(mission.items[1]), (1, 1, 0, NAN)), "it stops for the photo"
+    assert mission.items[4].x == mission.items[1].x
+    assert (mission.seqs_of("before"), mission.seqs_of("slow")) == ((2,), (3,))
+    assert mission.drops[0].hold_seqs == (4,)
 
 
 def test_a_delay_before_a_supervised_drop_is_over_before_the_hold_begins() -> None:
