@@ -188,6 +188,7 @@ class ReasonCode(StrEnum):
         "drop.hold_over_before_ack",
         "the hold ended before the release was acknowledged",
     )
+    DROP_HOLD_OVER_AS = "drop.hold_over_as", "the hold ended before a release was possible: {cause}"
     DROP_TOO_LATE_TO_ASK = "drop.too_late_to_ask", "too little hold time was left to request consent"
 
     # drops: conditions that prevent a release

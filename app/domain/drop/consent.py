@@ -13,10 +13,12 @@ from app.domain.vehicle.state import LandedState
 
 SHORTEST_QUESTION_S: Final = 5.0
 """An operator needs at least this long. If less time is left, consent is not requested."""
-CONSENT_MARGIN_S: Final = 5.0
-"""How much longer the hold must be than the time to answer: the start of the hold is detected up to 1.1 s late, the
-vehicle comes to rest, the answer is stored, and the rest must still cover the release.
+SHORTEST_HOLD_S: Final = 5.0
+"""The start of the hold is detected up to 1.1 s late, the vehicle comes to rest, and the rest must still cover the
+release (flown: nothing was released in 3 s, nor in 3.5 s after 11 m/s).
 """
+CONSENT_MARGIN_S: Final = SHORTEST_HOLD_S
+"""How much longer the hold must be than the time to answer; the answer is stored, too."""
 
 
 class ConsentState(StrEnum):

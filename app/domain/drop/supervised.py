@@ -201,7 +201,7 @@ def _before_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachi
             conclude(drop, seen, against) if seen.connected else (drop, ())
         )  # then what the plan specifies for a failed drop can be sent
     if _is_hopeless(drop, seen):
-        reason = reason_against(seen, drop.terms, drop.hold) or Reason.of(ReasonCode.DROP_HOLD_OVER)
+        reason = _reason_of_end(reason_against(seen, drop.terms, drop.hold))
         return finish_and_resume(drop, seen, DropOutcome.KEPT, Certainty.INFERRED, reason)
     return _try_release(drop, seen)
 
@@ -209,6 +209,16 @@ def _before_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachi
 def _is_hopeless(drop: DropMachine, seen: DropObservation) -> bool:
     """Whether no later observation of this hold can allow a release: it has ended, or its start was not observed."""
     return is_holding(seen, drop.terms) and drop.hold.left_s(seen, drop.terms) <= drop.terms.release_latency_s
+
+
+_ON_THE_WAY: Final = frozenset({ReasonCode.TOO_FAR, ReasonCode.TOO_FAST})
+
+
+def _reason_of_end(against: Reason | None) -> Reason:
+    """A vehicle that is still on its way at the end of its hold was stopped by the hold, not by its distance."""
+    if against is not None and against.code in _ON_THE_WAY:
+        return Reason.of(ReasonCode.DROP_HOLD_OVER_AS, against)
+    return against or Reason.of(ReasonCode.DROP_HOLD_OVER)
 
 
 def _try_release(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:

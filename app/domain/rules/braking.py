@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
-from app.domain.plan.compiler import STOP_RADIUS_M
+from app.domain.drop.consent import SHORTEST_HOLD_S
+from app.domain.plan.compiler import STOP_RADIUS_M, bound_s
 from app.domain.plan.drops import DropUse
 from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
@@ -57,6 +58,19 @@ def _supervised_needs_stop(context: RuleContext) -> Iterator[Violation]:
             message = "a supervised drop requires a hold, but release_motion is moving"
             hint = 'use "release_motion": "stopped", or "mode": "embedded"'
             yield at_item(drop.step, message, hint, "release_motion")
+
+
+@rules.error(
+    "drop.hold_too_short",
+    f"A supervised drop needs a hold of {SHORTEST_HOLD_S:g} s, to detect the hold, come to rest and release. In a "
+    "shorter one the parcel may always be kept.",
+    "Flown: nothing was released in 3 s.",
+)
+def _hold_is_long_enough(context: RuleContext) -> Iterator[Violation]:
+    for drop in _placed(context):
+        if drop.supervised and drop.item.consent == "none" and bound_s(drop) < SHORTEST_HOLD_S:
+            message = f"the hold of {bound_s(drop):g} s may end before the parcel can be released"
+            yield at_item(drop.step, message, f"set hold_s to at least {SHORTEST_HOLD_S:g}", "hold_s")
 
 
 @rules.error(

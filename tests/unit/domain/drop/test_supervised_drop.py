@@ -228,6 +228,14 @@ def test_a_hold_whose_start_was_not_seen_is_never_used() -> None:
     assert ended(flight)[0] is DropOutcome.KEPT
 
 
+def test_a_hold_that_ends_before_the_vehicle_is_at_its_point_is_the_reason() -> None:
+    flight = Flight(dataclasses.replace(TERMS, hold_s=1.0))
+    flight.tick(6.0)
+    assert not flight.sends_s
+    assert flight.finish is not None
+    assert [*flight.finish.reason.codes] == [ReasonCode.DROP_HOLD_OVER_AS, ReasonCode.TOO_FAR]
+
+
 def test_near_the_end_of_its_hold_the_mission_is_left_to_go_on_by_itself() -> None:
     flight = Flight()
     flight.until_sent()

@@ -125,6 +125,13 @@ DETOUR_CASES = [
         about="at an alternate",
     ),
     Case(
+        "drop.hold_too_short",
+        "/items/2/alternate/hold_s",
+        delivery(hold_s=3),
+        delivery(hold_s=5),
+        about="at an alternate",
+    ),
+    Case(
         "geofence.vehicle_distance",
         "/items/2/alternate",
         delivery(east_m=400),

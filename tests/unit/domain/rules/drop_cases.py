@@ -259,6 +259,26 @@ CONSENT_CASES = [
         multicopter(waypoint(), gripper(hold_s=30, consent_timeout_s=25, **ASKS)),
     ),
     Case(
+        "drop.hold_too_short",
+        "/items/2/hold_s",
+        multicopter(waypoint(), gripper(hold_s=3)),
+        multicopter(waypoint(), gripper(hold_s=5)),
+    ),
+    Case(
+        "drop.hold_too_short",
+        "/items/2/hold_s",
+        multicopter(waypoint(), gripper(hold_s=4)),
+        multicopter(waypoint(hold_s=5), gripper(hold_s=4)),
+        about="the longer hold of its waypoint counts",
+    ),
+    Case(
+        "drop.hold_too_short",
+        "/items/2/hold_s",
+        multicopter(waypoint(), winch(hold_s=3, mode="supervised")),
+        multicopter(waypoint(), winch(hold_s=3)),
+        about="an embedded winch drop needs none",
+    ),
+    Case(
         "drop.consent_hold_too_short",
         "/items/2/hold_s",
         multicopter(waypoint(), gripper(hold_s=9, **ASKS)),
