@@ -98,6 +98,18 @@ def _moving_really_moves(context: RuleContext) -> Iterator[Violation]:
 
 
 @rules.error(
+    "drop.after_delay",
+    "A fixed wing or an airship keeps flying during a delay, so where it releases afterwards cannot be predicted.",
+    "Flown: 20 to 49 m from the predicted place.",
+)
+def _no_delay_in_passing(context: RuleContext) -> Iterator[Violation]:
+    for drop in _placed(context):
+        if drop.delayed and not drop.can_hold:
+            message = f"{_NAME[drop.carried]} keeps flying during the delay before this drop"
+            yield at_item(drop.step, message, "remove the delay, or circle before the drop with a loiter of kind time")
+
+
+@rules.error(
     "braking.radius_too_large",
     "Without a small acceptance radius, a hold stops too late: 0.9 m before the point at 1.5 m/s.",
     "Flown: only a hold together with a radius of 1 m stops at the point.",

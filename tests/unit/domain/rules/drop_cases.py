@@ -259,6 +259,26 @@ CONSENT_CASES = [
         multicopter(waypoint(), gripper(hold_s=30, consent_timeout_s=25, **ASKS)),
     ),
     Case(
+        "drop.after_delay",
+        "/items/3",
+        fixed_wing(waypoint(400, 0, 40), delay(), PASS),
+        fixed_wing(waypoint(400, 0, 40), PASS, delay()),
+    ),
+    Case(
+        "drop.after_delay",
+        "/items/3",
+        airship(waypoint(), delay(), PASS),
+        multicopter(waypoint(), delay(), gripper(mode="embedded")),
+        about="an airship drifts on, a multicopter stops",
+    ),
+    Case(
+        "drop.after_delay",
+        "/items/3",
+        fixed_wing(loiter(), delay(), PASS),
+        fixed_wing(loiter(), PASS),
+        about="on a circle",
+    ),
+    Case(
         "drop.hold_too_short",
         "/items/2/hold_s",
         multicopter(waypoint(), gripper(hold_s=3)),
