@@ -12,7 +12,8 @@ from app.domain.plan.walk import Step
 from app.domain.prediction.durations import point_of
 from app.domain.prediction.motion import CALM, FlightContext, MotionState, Point, Wind
 from app.domain.prediction.timeline import PredictedDrop
-from app.domain.vehicle.state import FlightRegime, VehicleProfile
+from app.domain.prediction.wing import tightest_circle_m
+from app.domain.vehicle.state import FlightRegime
 
 GRAVITY_M_S2 = 9.80665
 TERMINAL_M_S = 20.0
@@ -88,7 +89,7 @@ def predicted_drop(
     lead_m = 0.0 if circling or drop.carried is FlightRegime.GROUND else away_m
     offset_m = away_m
     if circling:
-        offset_m = _radius_m(flight.facts, anchor)
+        offset_m = _circled_m(flight, drop, anchor, there)
     elif drop.stopped and drop.carried is FlightRegime.ROTARY_WING:
         offset_m = STOP_RADIUS_M
     moving_m_s = 0.0 if drop.stopped else there.speed_m_s
@@ -121,5 +122,7 @@ def predicted_drop(
     )
 
 
-def _radius_m(facts: VehicleProfile, anchor: Step) -> float:
-    return abs(anchor.item.circle_radius_m() or quantity(facts, Quantity.LOITER_RADIUS_M))
+def _circled_m(flight: FlightContext, drop: DropUse, anchor: Step, there: MotionState) -> float:
+    """Distance from the centre: the radius, or that of the tightest turn if the vehicle cannot fly it."""
+    asked_m = abs(anchor.item.circle_radius_m() or quantity(flight.facts, Quantity.LOITER_RADIUS_M))
+    return max(asked_m, tightest_circle_m(there.speed_m_s)) if drop.carried is FlightRegime.FIXED_WING else asked_m

@@ -95,12 +95,17 @@ def climb_s(facts: VehicleProfile, height_m: float) -> float:
     return abs(height_m) / max(rate_m_s, 0.1)
 
 
+def tightest_circle_m(speed_m_s: float) -> float:
+    """The smallest radius of a coordinated turn. A circle that is smaller is not followed but overshot."""
+    return speed_m_s**2 / (GRAVITY_M_S2 * math.tan(BANK_RAD))
+
+
 def turn_m(before: MotionState, along_rad: float, airspeed_m_s: float) -> float:
     """How much longer the way is because it has to turn onto it first."""
     if before.course_rad is None:
         return 0.0
     angle = turn(before.course_rad, along_rad)
-    return airspeed_m_s**2 / (GRAVITY_M_S2 * math.tan(BANK_RAD)) * (angle - math.sin(angle))
+    return tightest_circle_m(airspeed_m_s) * (angle - math.sin(angle))
 
 
 def _to_circle(

@@ -77,6 +77,12 @@ def test_a_drop_that_asks_is_predicted_with_the_slowest_answer() -> None:
     assert drop_s(consent="operator") == pytest.approx(drop_s() + 35.0), "as long as the hold allows"
 
 
+def test_on_a_circle_that_is_too_tight_a_drop_is_as_far_away_as_the_tightest_turn() -> None:
+    wide, tight = (_drop(fixed_wing(loiter(radius_m=radius_m), gripper("moving"))) for radius_m in (60, 1))
+    assert wide.offset_m == 60
+    assert tight.offset_m == pytest.approx(24.6, abs=0.1)
+
+
 def test_a_jump_is_unrolled() -> None:
     jump = {"type": "jump", "target": "a", "repeats": 2, "id": "again"}
     timeline = _timeline(multicopter(waypoint(id="a"), waypoint(50, id="b"), jump, waypoint(20, id="c")))

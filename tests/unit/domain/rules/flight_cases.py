@@ -230,6 +230,35 @@ VTOL_CASES = [
 
 FIXED_WING_CASES = [
     Case(
+        "loiter.radius_too_small",
+        "/items/1/radius_m",
+        fixed_wing(loiter(radius_m=-20), gripper("moving")),
+        fixed_wing(loiter(radius_m=-40), gripper("moving")),
+    ),
+    Case(
+        "loiter.radius_too_small",
+        "/items/1",
+        fixed_wing(loiter()),
+        fixed_wing(loiter()),
+        wrong_facts=facts("fixed_wing", NAV_LOITER_RAD=10),
+        right_facts=facts("fixed_wing"),
+        about="the vehicle's own radius",
+    ),
+    Case(
+        "loiter.radius_too_small",
+        "/items/1/radius_m",
+        fixed_wing(loiter(radius_m=30), cruise_speed_m_s=19),
+        multicopter(loiter(radius_m=1)),
+        about="at this speed; a multicopter hovers",
+    ),
+    Case(
+        "loiter.radius_too_small",
+        "/items/2/approach",
+        plan("fixed_wing", wing_takeoff(), waypoint(400, 300), _approach(80, 300, radius_m=1)),
+        plan("fixed_wing", wing_takeoff(), waypoint(400, 300), _approach(80, 300)),
+        about="of a landing",
+    ),
+    Case(
         "fixed_wing.approach_below_landing",
         "/items/2/approach",
         plan("fixed_wing", wing_takeoff(), waypoint(400, 300), _approach(80, 300, altitude_m=-5)),

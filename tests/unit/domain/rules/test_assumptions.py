@@ -31,6 +31,7 @@ DEPENDENT = {
     "limits.duration",
     "limits.first_waypoint_too_far",
     "limits.speed",
+    "loiter.radius_too_small",
     "speed.not_flyable",
     "takeoff.too_low",
     "target.not_caught",
