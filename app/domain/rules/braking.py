@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.autopilot import Quantity
 from app.domain.drop.consent import SHORTEST_HOLD_S
 from app.domain.plan.compiler import STOP_RADIUS_M, bound_s
 from app.domain.plan.drops import DropUse
@@ -173,10 +172,9 @@ def _stands(context: RuleContext, drop: DropUse) -> bool:
 
 def _expected_offset_m(context: RuleContext, drop: DropUse) -> float:
     assert drop.anchor is not None
-    item = drop.anchor.item
-    if item.circles() and drop.carried not in (FlightRegime.ROTARY_WING, FlightRegime.WHEELS):
-        return abs(item.circle_radius_m() or context.behaviour.quantity(Quantity.LOITER_RADIUS_M))
     if drop.stopped and drop.carried is FlightRegime.ROTARY_WING:
         return STOP_RADIUS_M
-    speed_m_s = context.speeds_m_s[drop.step.index] if drop.carried is FlightRegime.FIXED_WING else 0.0
-    return context.behaviour.reach_m(drop.carried, speed_m_s, item.reach_m())
+    if drop.carried in (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY):
+        predicted_m = [found.offset_m for found in context.timeline().drops if found.item_id == drop.item.id]
+        return max(predicted_m, default=0.0)  # none: a return or a loiter without end comes before it
+    return context.behaviour.reach_m(drop.carried, 0.0, drop.anchor.item.reach_m())

@@ -11,7 +11,7 @@ from app.domain.airspace.geofence import MIN_AREA_M2, FenceArea, is_simple_polyg
 from app.domain.autopilot import Quantity
 from app.domain.geo import LatLon
 from app.domain.prediction.ground_paths import GroundPath, ground_paths, point_of
-from app.domain.prediction.motion import Point
+from app.domain.prediction.motion import Point, course
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
@@ -145,11 +145,18 @@ def _clearance_for_turns(context: RuleContext) -> Iterator[Violation]:
         step = path.step
         if step.after is not FlightRegime.FIXED_WING or not step.item.holds() or not area.allows(path.shape):
             continue
-        wanted_m = context.behaviour.switch_distance_m(context.speeds_m_s[step.index])
+        wanted_m = context.behaviour.switch_distance_m(_over_ground_m_s(context, path))
         clearance_m = area.clearance_m(path.shape)
         if clearance_m < wanted_m:
             message = f"the leg passes {clearance_m:.0f} m from the geofence; a turn may need {wanted_m:.0f} m"
             yield at_item(step, message, "keep fixed-wing legs farther from the geofence")
+
+
+def _over_ground_m_s(context: RuleContext, path: GroundPath) -> float:
+    """In the wind, along the leg."""
+    ends = list(path.shape.coords) if isinstance(path.shape, shapes.LineString) else []
+    course_rad = course((ends[0][0], ends[0][1]), (ends[-1][0], ends[-1][1])) if ends else None
+    return context.wind.ground_speed_m_s(context.speeds_m_s[path.step.index], course_rad)
 
 
 @rules.warning(

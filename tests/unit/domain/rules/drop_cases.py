@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from app.domain.prediction import Wind
 from tests.support.plan_pieces import (
     RETURN,
     airship,
@@ -27,6 +28,7 @@ from tests.support.rule_case import Case
 
 SPEED = {"type": "change_speed", "speed_m_s": 4}
 DELIVERY = multicopter(waypoint(), gripper())
+SLOWER, FASTER = ({"type": "change_speed", "speed_m_s": speed_m_s} for speed_m_s in (11, 19))
 PASS = gripper("moving")
 SILENT = replace(facts(PWM_MAIN_FUNC5=0), unanswered=frozenset({"PWM_MAIN_FUNC6", "PWM_AUX_FUNC1"}))
 
@@ -226,6 +228,29 @@ POSITION_CASES = [
         facts("fixed_wing", firmware=(1, 13, 3)),
         facts("fixed_wing", firmware=(1, 14, 0)),
         about="older firmware 71.6 m early",
+    ),
+    Case(
+        "drop.offset_not_reachable",
+        "/items/3/max_offset_m",
+        fixed_wing(waypoint(800, speed_m_s=19), SLOWER, gripper("moving", max_offset_m=40)),
+        fixed_wing(waypoint(800, speed_m_s=11), FASTER, gripper("moving", max_offset_m=40)),
+        about="the speed at the waypoint counts, not one that follows it",
+    ),
+    Case(
+        "drop.offset_not_reachable",
+        "/items/2/max_offset_m",
+        fixed_wing(waypoint(400), gripper("moving", max_offset_m=40)),
+        fixed_wing(waypoint(400), gripper("moving", max_offset_m=40)),
+        about="in a tail wind a plane switches earlier",
+        wrong_wind=Wind(8.0, 0.0),
+        right_wind=Wind(-8.0, 0.0),
+    ),
+    Case(
+        "drop.offset_not_reachable",
+        "/items/2/max_offset_m",
+        airship(waypoint(), gripper("moving", max_offset_m=5)),
+        airship(waypoint(), gripper("moving", max_offset_m=15)),
+        about="an airship",
     ),
 ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.domain.prediction import Wind
 from tests.support.plan_pieces import (
     Json,
     at,
@@ -179,6 +180,15 @@ GEOFENCE_CASES = [
         "/items/1",
         fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -30, 10)]}),
         fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -60, 10)]}),
+    ),
+    Case(
+        "geofence.little_room",
+        "/items/1",
+        fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -60, 10)]}),
+        fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -60, 10)]}),
+        about="in a tail wind",
+        wrong_wind=Wind(10.0, 0.0),
+        right_wind=Wind(-10.0, 0.0),
     ),
     Case(
         "geofence.vehicle_distance",
