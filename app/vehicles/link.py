@@ -157,6 +157,9 @@ class MavsdkVehicleLink:
     def mission_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.items))
 
+    def fence_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.fence))
+
     def rally_points_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.rally))
 

@@ -236,6 +236,7 @@ class Measurements:
             mission_state=MissionState.UNKNOWN if mission is None else mission_state(mission),
             mission_id=None if mission is None or not mission.mission_id else mission.mission_id,
             mission_age_s=_age(self.mission_s, now_s),
+            fence_id=None if mission is None or not mission.fence_id else mission.fence_id,
             rally_points_id=None if mission is None or not mission.rally_points_id else mission.rally_points_id,
             vtol_state=None if system is None or system.vtol_state >= len(_VTOL) else _VTOL[system.vtol_state],
             clock=self.clock,

@@ -127,11 +127,14 @@ class FakeLink:
         total = len(mission.items)
         rally_id = self.rally_points_id_of(mission) if mission.rally else None
         self.change(mission_total=total, mission_state=MissionState.NOT_STARTED, mission_seq=0, mission_id=7)
-        self.move(rally_points_id=rally_id)
+        self.move(fence_id=self.fence_id_of(mission) if mission.fence else None, rally_points_id=rally_id)
         yield UploadProgress(MissionType.MISSION, total, total, 1, verified_by="mission_id", mission_id=7)
 
     def mission_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.items))
+
+    def fence_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.fence))
 
     def rally_points_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.rally))

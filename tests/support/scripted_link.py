@@ -142,14 +142,18 @@ class ScriptedVehicle:
                 raise self.upload_error
             self.on_board = mission.items
             rally_id = self.rally_points_id_of(mission) if mission.rally else None
+            fence_id = self.fence_id_of(mission) if mission.fence else None
             total, named = len(mission.items), self.upload_id
-            self.truth = replace(self.truth, mission_id=named, rally_points_id=rally_id)
+            self.truth = replace(self.truth, mission_id=named, fence_id=fence_id, rally_points_id=rally_id)
             yield UploadProgress(MissionType.MISSION, total, total, 1, "mission_id", named)
         finally:
             self.upload_closed = True
 
     def mission_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.items))
+
+    def fence_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.fence))
 
     def rally_points_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.rally))

@@ -16,6 +16,11 @@ def arming_obstacle(mode: FlightMode | None) -> str:
     return f"the vehicle is disarmed in {name_of(mode)} mode; {why}" if why else ""
 
 
+def takes_off_as_it_arms(state: VehicleState) -> bool:
+    """Whether a disarmed vehicle is in a mode in which PX4 takes off as soon as anybody arms it (flown)."""
+    return state.connected and state.armed is False and state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF)
+
+
 def hold_hint(vehicle_id: str) -> str:
     """How to leave such a mode. Each start commands Hold, so something prevents that."""
     return (

@@ -42,6 +42,9 @@ class MissionLink(Protocol):
     def mission_id_of(self, mission: Mission) -> int:
         """The id by which PX4 will name this mission (MISSION_CURRENT.mission_id), where its firmware names any."""
 
+    def fence_id_of(self, mission: Mission) -> int:
+        """The same for its geofence (MISSION_CURRENT.fence_id)."""
+
     def rally_points_id_of(self, mission: Mission) -> int:
         """The same for its rally points (MISSION_CURRENT.rally_points_id)."""
 

@@ -253,6 +253,7 @@ class VehicleState:
     mission_state: MissionState = MissionState.UNKNOWN
     mission_id: int | None = None
     mission_age_s: float | None = None
+    fence_id: int | None = None
     rally_points_id: int | None = None
     vtol_state: VtolState | None = None
     boot_time_s: float | None = None

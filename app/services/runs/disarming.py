@@ -1,4 +1,4 @@
-"""The last step of a run whose vehicle is left armed at its end: PX4 disarms a rover only after a return."""
+"""The last steps of a run: a vehicle that is left armed is disarmed, and one in Mission mode put in Hold."""
 
 from __future__ import annotations
 
@@ -7,15 +7,19 @@ from collections.abc import Callable
 
 from app.domain.errors import WaydropError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
+from app.domain.flight.modes import takes_off_as_it_arms
 from app.domain.flight.step import awaits_disarming
 from app.domain.ports.vehicle_link import VehicleLink
 from app.services.background import end_tasks
+from app.services.journal import STORED_WITHIN_S
 from app.services.runs.monitor import FlightMonitor
 from app.services.runs.recorder import RunRecorder
 
 
 class EndDisarming:
-    """Disarms it once, beside the observation of the flight, and stops as soon as somebody else has it."""
+    """Disarms it once, beside the observation of the flight, and stops as soon as somebody else has it: PX4 disarms a
+    rover only after a return.
+    """
 
     def __init__(
         self, link: VehicleLink, recorder: RunRecorder, monitor: FlightMonitor, may_command: Callable[[], bool]
@@ -38,6 +42,19 @@ class EndDisarming:
         """End it. Idempotent."""
         await end_tasks(self._task)
 
+    async def hold(self) -> None:
+        """After the flight. PX4 leaves a vehicle in Mission mode, in which it takes off as soon as anybody arms it."""
+        if not (self._may_command() and takes_off_as_it_arms(self._link.state())):
+            return
+        self._recorder.record(RunCommand(command=RunCommandName.HOLD, previous_mode=self._link.state().mode))
+        try:
+            await self._recorder.flush_within(STORED_WITHIN_S)
+            await self._link.hold_disarmed()
+        except WaydropError as error:
+            self._answer(CommandOutcome.FAILED, error.detail, of=RunCommandName.HOLD)
+        else:
+            self._answer(CommandOutcome.DONE, of=RunCommandName.HOLD)
+
     @property
     def _is_due(self) -> bool:
         return self._may_command() and awaits_disarming(self._monitor.flight, self._monitor.observation())
@@ -58,6 +75,6 @@ class EndDisarming:
         else:
             self._answer(CommandOutcome.DONE)
 
-    def _answer(self, outcome: CommandOutcome, detail: str = "") -> None:
+    def _answer(self, outcome: CommandOutcome, detail: str = "", *, of: RunCommandName = RunCommandName.DISARM) -> None:
         """Stored with what follows; of a disarming that is broken off, as the run is let go."""
-        self._recorder.record(RunAck(command=RunCommandName.DISARM, outcome=outcome, detail=detail))
+        self._recorder.record(RunAck(command=of, outcome=outcome, detail=detail))

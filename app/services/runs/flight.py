@@ -460,6 +460,8 @@ class RunFlight:
             await self._next_fact()
         await self._disarming.close()
         await self._flush_at_last()
+        await self._disarming.hold()
+        await self._flush_at_last()
 
     async def _next_fact(self) -> None:
         with contextlib.suppress(TimeoutError):

@@ -35,6 +35,7 @@ from app.domain.flight.modes import (
     disarmed_meanwhile,
     hold_hint,
     taken_meanwhile,
+    takes_off_as_it_arms,
 )
 from app.domain.mission import NAN, MavCmd, Mission, MissionType
 from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
@@ -142,6 +143,7 @@ class Preparation:
         await self._link.wait_mission_ready(
             mission_id=self._monitor.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
         )
+        self._refuse_others_lists()
         if self._closes_gripper:
             await self._close_gripper()
         await self._link.set_current(0)
@@ -154,6 +156,9 @@ class Preparation:
                 self.may_fly = False
             if self.may_fly and self.is_not_taken and not isinstance(error, VehicleTakenError):
                 await self._disarm()
+                if takes_off_as_it_arms(self._link.state()):
+                    with contextlib.suppress(WaydropError):
+                        await self._hold()
             raise
         await self._record_outcome(RunCommandName.START_MISSION)
 
@@ -303,6 +308,9 @@ class Preparation:
         await self._record_command(RunCommand(command=RunCommandName.START_MISSION))
         is_sent = False
         try:
+            if self._changed:
+                await self._refuse_unfit()
+            self._refuse_others_lists()
             self._refuse_taken()
             is_sent = True
             await self._link.start_mission()
@@ -310,6 +318,23 @@ class Preparation:
             with contextlib.suppress(StorageError):
                 await self._record_outcome(RunCommandName.START_MISSION, error.detail, is_sent=is_sent)
             raise
+
+    def _refuse_others_lists(self) -> None:
+        """Another client may have replaced what was uploaded, even while the vehicle arms. Firmware that names the
+        mission (MISSION_CURRENT) names fence and rally points too, and empty ones by 0. Raises VehicleRefusedError.
+        """
+        state, mission, wanted_id = self._link.state(), self._mission, self._monitor.run.mission_id
+        if state.mission_id is None or wanted_id is None:
+            return
+        fence_id = self._link.fence_id_of(mission) if mission.fence else None
+        rally_id = self._link.rally_points_id_of(mission) if mission.rally else None
+        reported = ("mission", state.mission_id), ("geofence", state.fence_id), ("rally points", state.rally_points_id)
+        for (name, on_board), wanted in zip(reported, (wanted_id, fence_id, rally_id), strict=True):
+            if on_board != wanted:
+                raise VehicleRefusedError(
+                    f"the {name} on board changed since the upload: another client replaced or cleared what was there",
+                    hint="abort the run and create it again",
+                )
 
     def _arming_leaves(self) -> None:
         """It has just reported disarmed: from here on it is armed by this command, or by somebody else."""

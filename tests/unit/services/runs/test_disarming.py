@@ -1,4 +1,4 @@
-"""A rover stays armed where its plan has ended, as PX4's does: its run disarms it, unless somebody else has it."""
+"""The end of a run: a rover, which PX4 leaves armed, is disarmed; what would take off as it arms is put in Hold."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def _arrive(service: RunService, velocity_north_m_s: float = 0.0) -> None:
     service.vehicle.put(mission_state=complete, velocity_north_m_s=velocity_north_m_s, mode=FlightMode.HOLD)
 
 
-def _answers(service: RunService) -> list[RunAck]:
+def _answers(service: RunService, command: RunCommandName = RunCommandName.DISARM) -> list[RunAck]:
     said = [event.data for event in service.events.events if isinstance(event.data, RunAck)]
-    return [ack for ack in said if ack.command is RunCommandName.DISARM]
+    return [ack for ack in said if ack.command is command]
 
 
 async def test_a_rover_is_disarmed_before_its_run_is_over_and_can_be_started_again(driving: RunService) -> None:
@@ -133,3 +133,33 @@ async def test_a_disarming_is_broken_off_when_somebody_takes_the_rover_meanwhile
     await asyncio.sleep(FAST.poll_every_s * 3)
     assert driving.vehicle.truth.armed is True
     assert [ack.outcome for ack in _answers(driving)] == [CommandOutcome.UNKNOWN]
+
+
+async def _in_the_air(service: RunService) -> None:
+    await service.create()
+    await service.until_state(RunState.FLYING)
+    service.vehicle.put(landed=LandedState.IN_AIR, relative_altitude_m=15.0)
+    await service.until(lambda: service.flight.flight.was_airborne, "it must be seen in the air")
+
+
+@pytest.mark.parametrize("problem", [None, VehicleRefusedError("no")])
+async def test_a_vehicle_that_would_take_off_as_it_arms_is_left_in_hold(problem: VehicleRefusedError | None) -> None:
+    async with run_service("multicopter-embedded.json") as service:
+        await _in_the_air(service)
+        service.vehicle.hold_error = problem
+        service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
+        service.vehicle.put(mode=FlightMode.MISSION)  # PX4, as it disarms
+        await service.until_state(RunState.COMPLETED)
+        await service.until(lambda: bool(_answers(service, RunCommandName.HOLD)), "Hold must be commanded")
+        outcome = CommandOutcome.DONE if problem is None else CommandOutcome.FAILED
+        assert [ack.outcome for ack in _answers(service, RunCommandName.HOLD)] == [outcome]
+        assert service.vehicle.sent[-1] == "hold_disarmed"
+
+
+async def test_a_vehicle_that_landed_in_another_mode_is_left_in_it() -> None:
+    async with run_service("multicopter-embedded.json") as service:
+        await _in_the_air(service)
+        service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
+        await service.until_state(RunState.COMPLETED)
+        await service.until(lambda: all(run.is_over for run in service.runs.open_runs()), "its end is stored")
+        assert "hold_disarmed" not in service.vehicle.sent

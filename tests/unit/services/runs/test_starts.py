@@ -202,7 +202,7 @@ async def test_an_abort_in_the_moment_the_start_ends_is_not_lost(
         monkeypatch.setattr(Preparation, "start", start_and_be_aborted)
         await service.runs.start(service.run_id)
         await service.until_state(state)
-        assert service.vehicle.sent[-1] == sent
+        assert [one for one in service.vehicle.sent if one in ("return", "disarm")] == [sent]
 
 
 async def test_nothing_is_released_while_the_vehicle_still_obeys_a_pause() -> None:
@@ -263,3 +263,36 @@ async def test_what_the_vehicle_told_of_its_mission_before_the_arming_is_not_flo
         looks = service.vehicle.looks
         await service.until(lambda: service.vehicle.looks > looks + 3, "it must be looked at")
         assert service.run.flown_item_ids == ()
+
+
+async def test_a_mission_that_another_client_uploads_during_the_arming_is_not_started() -> None:
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.arm_refusals = 1
+        await service.runs.start(service.run_id)
+        await service.until(lambda: "arm" in service.vehicle.sent, "it must be commanded to arm")
+        service.vehicle.put(mission_id=4711)
+        await service.until_state(RunState.UPLOADED)
+        assert "the mission on board changed" in describe(service.run.reason)
+        assert "start" not in service.vehicle.sent
+        assert service.vehicle.sent[-1] == "disarm"
+
+
+@pytest.mark.parametrize(("changed", "name"), [("fence_id", "geofence"), ("rally_points_id", "rally points")])
+async def test_without_its_fence_and_rally_points_a_run_is_not_started(changed: str, name: str) -> None:
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.put(**{changed: None if getattr(service.vehicle.truth, changed) else 4711})
+        await service.runs.start(service.run_id)
+        await service.until(lambda: f"the {name} on board changed" in describe(service.run.reason), "it must be told")
+        assert service.run.state is RunState.UPLOADED
+        assert "arm" not in service.vehicle.sent
+
+
+async def test_firmware_that_names_no_lists_is_started() -> None:
+    async with run_service() as service:
+        service.vehicle.upload_id = None
+        await _uploaded(service)
+        service.vehicle.put(mission_id=None, fence_id=None)
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.FLYING)
