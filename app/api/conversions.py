@@ -53,7 +53,7 @@ class ConversionQuery(FrozenForm):
     Role.DISPATCHER,
     Answer(200, "The plan, with a finding for each loss and assumption", PlanConversion),
     body=Body(model=ForeignPlan, parse=bytes, codes=("request.malformed",), media=(JSON, BINARY)),
-    errors=("conversion.refused", "plan.invalid"),
+    errors=("conversion.refused", "plan.invalid", "plan.work_timeout"),
     is_audited=False,
 )
 async def convert_plan(call: Call[ConversionQuery, bytes]) -> web.Response:
@@ -101,7 +101,7 @@ class Renderings:
             self._documents.popitem(last=False)
 
 
-_ERRORS = (*STORED, "plan.invalid")
+_ERRORS = (*STORED, "plan.invalid", "plan.work_timeout")
 _WHAT = {
     TargetFormat.QGC: "Export a plan as a QGroundControl .plan file",
     TargetFormat.GEOJSON: "Export a plan and its prediction as GeoJSON",

@@ -51,7 +51,7 @@ class JobsView(BaseModel):
     next: str | None = None
 
 
-_PLAN_ERRORS: Final = (*STORED, "plan.invalid")
+_PLAN_ERRORS: Final = (*STORED, "plan.invalid", "plan.work_timeout")
 _ACCEPTED: Final = Answer(202, "The job. Poll Location or read the stream to follow it", Job, headers=("Location",))
 
 

@@ -26,7 +26,7 @@ ROUTES: Final = Routes("plans")
     Role.DISPATCHER,
     Answer(201, "The plan as stored", PlanView, headers=("Location", "ETag")),
     body=PLAN_BODY,
-    errors=("plan.rejected", "storage.failed"),
+    errors=("plan.rejected", "plan.work_timeout", "storage.failed"),
 )
 async def create_plan(call: Call[NoQuery, Plan]) -> web.Response:
     """Create a plan; rejects a plan with errors."""
@@ -60,7 +60,7 @@ async def list_plans(call: Call[PlansQuery, Empty]) -> web.Response:
     Role.VIEWER,
     Answer(200, "The plan", PlanView, headers=("ETag",)),
     Answer(304, "Not modified (If-None-Match)"),
-    errors=STORED,
+    errors=(*STORED, "plan.work_timeout"),
 )
 async def get_plan(call: Call[NoQuery, Empty]) -> web.Response:
     """Get a plan with its findings and timeline."""
@@ -77,7 +77,7 @@ async def get_plan(call: Call[NoQuery, Empty]) -> web.Response:
     Role.DISPATCHER,
     Answer(200, "The findings. The status is 200 even if the plan has errors", PlanCheck),
     body=json_body(PlanCheckRequest, with_plan=True),
-    errors=(*VEHICLE, "resource.not_found"),
+    errors=(*VEHICLE, "resource.not_found", "plan.work_timeout"),
     is_audited=False,
 )
 async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:

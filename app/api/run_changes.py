@@ -88,6 +88,7 @@ _ERRORS: Final = (
     "run.hold_required",
     "run.changing",
     "plan.rejected",
+    "plan.work_timeout",
     "mission.upload_failed",
 )
 
@@ -124,6 +125,7 @@ async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Respons
         "run.continued",
         "run.changing",
         "plan.rejected",
+        "plan.work_timeout",
         "vehicle.busy",
         "vehicle.taken",
     ),

@@ -130,6 +130,10 @@ class PlanRejectedError(WaydropError, code="plan.rejected"):
     """The plan is well-formed but violates rules. `extra["findings"]` lists the violations."""
 
 
+class PlanWorkTimeoutError(WaydropError, code="plan.work_timeout"):
+    """A plan or a file took too long to work on. It is not tried again."""
+
+
 class LinkError(WaydropError, code="vehicle.link"):
     """The vehicle did not answer, or the link failed. The vehicle's state is unknown and must be read again."""
 

@@ -10,6 +10,7 @@ import pickle
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable
+from enum import Enum, auto
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -29,7 +30,16 @@ READ_AT_ONCE: Final = 2**20
 
 
 class WorkerLostError(Exception):
-    """The worker could not be started, ended, or did not answer."""
+    """The worker could not be started, or ended before it answered."""
+
+
+class WorkerTimeoutError(Exception):
+    """The worker did not answer in time. The same work would take this process as long, so do not repeat it."""
+
+
+class _Unanswered(Enum):
+    LOST = auto()
+    TIMED_OUT = auto()
 
 
 class WorkerProcess:
@@ -42,7 +52,7 @@ class WorkerProcess:
         self._answer_s = answer_s
         self._turn = asyncio.Lock()
         self._process: Process | None = None
-        self._exchange: asyncio.Task[bytes | None] | None = None
+        self._exchange: asyncio.Task[bytes | _Unanswered] | None = None
         self._closed = False
 
     @property
@@ -58,7 +68,8 @@ class WorkerProcess:
     async def call(self, work: Callable[..., ResultT], *given: Any) -> ResultT:
         """What a pure function of a module returns; function, arguments and result are pickled.
 
-        A call that is cancelled in its turn is answered nevertheless, and the answer dropped. Raises WorkerLostError.
+        A call that is cancelled in its turn is answered nevertheless, and the answer dropped. Raises WorkerLostError,
+        WorkerTimeoutError.
         """
         pickled = await asyncio.to_thread(pickle.dumps, (work, given), pickle.HIGHEST_PROTOCOL)
         async with self._turn:
@@ -66,8 +77,10 @@ class WorkerProcess:
                 await asyncio.wait([self._exchange])
             self._exchange = asyncio.create_task(self._answer(framed(pickled)), name="worker's answer")
             answer = await asyncio.shield(self._exchange)
-        if answer is None:
+        if answer is _Unanswered.LOST:
             raise WorkerLostError("the worker process ended before it answered")
+        if answer is _Unanswered.TIMED_OUT:
+            raise WorkerTimeoutError(f"no answer within {self._answer_s:g} s")
         result: ResultT = await asyncio.to_thread(pickle.loads, answer)
         return result
 
@@ -86,9 +99,9 @@ class WorkerProcess:
         if self._exchange is not None:
             await asyncio.wait([self._exchange])
 
-    async def _answer(self, call: bytes) -> bytes | None:
+    async def _answer(self, call: bytes) -> bytes | _Unanswered:
         if self._closed:
-            return None
+            return _Unanswered.LOST
         try:
             async with asyncio.timeout(self._answer_s):
                 process = await self._running()
@@ -98,12 +111,19 @@ class WorkerProcess:
                 await process.stdin.drain()
                 (size,) = HEAD.unpack(await process.stdout.readexactly(HEAD.size))
                 return await process.stdout.readexactly(size)
-        except (OSError, TimeoutError, asyncio.IncompleteReadError) as error:
+        except TimeoutError:
+            log.warning("the worker process did not answer in time; its work is given up", after_s=self._answer_s)
+            await self._end_now()
+            return _Unanswered.TIMED_OUT
+        except (OSError, asyncio.IncompleteReadError) as error:
             if not self._closed:
                 log.warning("the worker process is lost; its work is done in the service", error=repr(error))
-            if self._process is not None:
-                await self._kill(self._process)
-            return None
+            await self._end_now()
+            return _Unanswered.LOST
+
+    async def _end_now(self) -> None:
+        if self._process is not None:
+            await self._kill(self._process)
 
     async def _running(self) -> Process:
         if self._process is None or self._process.returncode is not None:

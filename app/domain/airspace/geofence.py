@@ -1,12 +1,10 @@
-"""The geofence as areas in local metres, paths around it, and the geofence on board a vehicle."""
+"""The geofence as areas in local metres, and the geofence on board a vehicle. Paths around it: fence_route.py."""
 
 from __future__ import annotations
 
-import heapq
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final
 
 from app.domain.airspace import shapes
@@ -20,6 +18,8 @@ Place = tuple[float, float]
 
 _SEGMENTS = 32
 """Segments per quarter circle. The polygon is inside an inclusion circle and around an exclusion circle, to be safe."""
+_ROUTE_SEGMENTS = 2
+"""PX4's planner of returns flies around an exclusion circle along 8 corners outside of it."""
 MIN_AREA_M2 = 1.0
 _TOUCH_M: Final = 0.05
 _MARGIN_M: Final = 100_000.0
@@ -30,10 +30,14 @@ _ROUNDING: Final = 1.01
 
 @dataclass(frozen=True, slots=True)
 class FenceArea:
-    """`inside` is the area that inclusions allow, None without any; `outside` is the union of the exclusions."""
+    """`inside` is the area that inclusions allow, None without any; `outside` is the union of the exclusions.
+
+    `avoided` contains `outside`: a return flies around it. Its circles have few corners.
+    """
 
     inside: shapes.BaseGeometry | None
     outside: shapes.BaseGeometry | None
+    avoided: shapes.BaseGeometry | None = None
 
     def allows(self, path: shapes.BaseGeometry) -> bool:
         """Whether the whole path is inside the inclusions and outside the exclusions."""
@@ -76,9 +80,13 @@ def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: boo
         shape = polygon_shape(polygon, projection)
         if is_simple_polygon(shape):
             parts[polygon.kind].append(shape)
+    avoided = list(parts["exclusion"])
     for circle in fence.circles:
-        parts[circle.kind].append(_circle_shape(circle, projection))
-    return FenceArea(_inside(parts["inclusion"], all_of_home=all_of_home), _union(parts["exclusion"]))
+        parts[circle.kind].append(_circle_shape(circle, projection, _SEGMENTS))
+        if circle.kind == "exclusion":
+            avoided.append(_circle_shape(circle, projection, _ROUTE_SEGMENTS))
+    inside = _inside(parts["inclusion"], all_of_home=all_of_home)
+    return FenceArea(inside, _union(parts["exclusion"]), _union(avoided))
 
 
 def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> shapes.Polygon:
@@ -93,10 +101,10 @@ def is_simple_polygon(shape: shapes.Polygon) -> bool:
     return bool(shape.is_valid) and shape.area >= MIN_AREA_M2
 
 
-def _circle_shape(circle: FenceCircle, projection: LocalProjection) -> shapes.Polygon:
+def _circle_shape(circle: FenceCircle, projection: LocalProjection, segments: int) -> shapes.Polygon:
     centre = shapes.Point(projection.to_local(circle.latitude_deg, circle.longitude_deg))
-    widen = 1.0 if circle.kind == "inclusion" else 1.0 / math.cos(math.pi / (4 * _SEGMENTS))
-    return centre.buffer(circle.radius_m * widen, quad_segs=_SEGMENTS)
+    widen = 1.0 if circle.kind == "inclusion" else 1.0 / math.cos(math.pi / (4 * segments))
+    return centre.buffer(circle.radius_m * widen, quad_segs=segments)
 
 
 def _inside(areas: list[shapes.BaseGeometry], *, all_of_home: bool) -> shapes.BaseGeometry | None:
@@ -114,102 +122,6 @@ def _union(areas: list[shapes.BaseGeometry]) -> shapes.BaseGeometry | None:
     union = shapes.union_all(areas)
     shapes.prepare(union)
     return union
-
-
-_COARSE_M: Final = 1.0
-"""Number of corners of a circle. The margin is several times larger than the error."""
-
-
-def way_round(area: FenceArea, here: Place, there: Place, margin_m: float) -> tuple[Place, ...] | None:
-    """Return the corners of the shortest path from `here` to `there`, in local metres and including both, or None.
-
-    A start closer to the geofence than the margin first leaves it by the shortest way. A destination there has no path.
-    """
-    free = _Free(area, margin_m)
-    if free.sees(here, there):
-        return (here, there)
-    start = here if free.has(here) else free.nearest(here)
-    if start is None or not free.has(there) or not area.allows(_leg(here, start)):
-        return None
-    corners = free.way(start, there)
-    return None if corners is None else (here, *corners) if start != here else corners
-
-
-def length_m(way: tuple[Place, ...]) -> float:
-    """Return the path along its corners."""
-    return sum(math.dist(a, b) for a, b in pairwise(way))
-
-
-class _Free:
-    """Return the area with a margin to its edges."""
-
-    def __init__(self, area: FenceArea, margin_m: float) -> None:
-        self._inside, self._outside = _moved(area.inside, -margin_m), _moved(area.outside, margin_m)
-        self._corners = tuple({corner for shape in (self._inside, self._outside) for corner in _corners(shape)})
-        self._inclusion = None if self._inside is None else self._inside.buffer(_TOUCH_M)
-        self._exclusion = None if self._outside is None else self._outside.buffer(-_TOUCH_M)
-        for shape in (self._inclusion, self._exclusion):
-            if shape is not None:
-                shapes.prepare(shape)
-
-    def has(self, place: Place) -> bool:
-        return self._allows(shapes.Point(place))
-
-    def sees(self, here: Place, there: Place) -> bool:
-        return self._allows(_leg(here, there))
-
-    def nearest(self, place: Place) -> Place | None:
-        """Return the nearest position with the margin."""
-        edges = [one for one in (self._inside, None if self._outside is None else self._outside.boundary) if one]
-        found = [shapes.nearest_points(edge, shapes.Point(place))[0] for edge in edges if not edge.is_empty]
-        places = [(point.x, point.y) for point in found if self.has((point.x, point.y))]
-        return min(places, key=lambda one: math.dist(one, place), default=None)
-
-    def way(self, start: Place, end: Place) -> tuple[Place, ...] | None:
-        """Dijkstra over the visibility graph of the corners."""
-        places = (*self._corners, end)
-        ahead, before, reached = [(0.0, start)], dict[Place, Place](), {start: 0.0}
-        done = set[Place]()
-        while ahead:
-            way_m, here = heapq.heappop(ahead)
-            if here == end:
-                return _back(before, start, end)
-            if here in done:
-                continue
-            done.add(here)
-            for there in places:
-                there_m = way_m + math.dist(here, there)
-                if there not in done and there_m < reached.get(there, math.inf) and self.sees(here, there):
-                    reached[there], before[there] = there_m, here
-                    heapq.heappush(ahead, (there_m, there))
-        return None
-
-    def _allows(self, shape: shapes.BaseGeometry) -> bool:
-        if self._inclusion is not None and not self._inclusion.covers(shape):
-            return False
-        return self._exclusion is None or not self._exclusion.intersects(shape)
-
-
-def _moved(shape: shapes.BaseGeometry | None, by_m: float) -> shapes.BaseGeometry | None:
-    return None if shape is None else shape.buffer(by_m, join_style="mitre").simplify(_COARSE_M)
-
-
-def _corners(shape: shapes.BaseGeometry | None) -> Iterator[Place]:
-    for part in () if shape is None else shapes.get_parts(shape):
-        if isinstance(part, shapes.Polygon):
-            for ring in (part.exterior, *part.interiors):
-                yield from ((x, y) for x, y in ring.coords)
-
-
-def _back(before: dict[Place, Place], start: Place, end: Place) -> tuple[Place, ...]:
-    way = [end]
-    while way[-1] != start:
-        way.append(before[way[-1]])
-    return tuple(reversed(way))
-
-
-def _leg(here: Place, there: Place) -> shapes.BaseGeometry:
-    return shapes.Point(here) if here == there else shapes.LineString([here, there])
 
 
 _VERTICES: dict[MavCmd, FenceKind] = {

@@ -10,8 +10,9 @@ from typing import Annotated, Final, NamedTuple, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from app.domain.airspace.fence_route import FenceRoutes
 from app.domain.airspace.geofence import FenceArea, fence_area
-from app.domain.autopilot import Quantity, quantity
+from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
 from app.domain.plan.walk import reference_home
@@ -171,6 +172,11 @@ class FlightContext:
     @cached_property
     def _projection(self) -> LocalProjection:
         return LocalProjection(self.home.latitude_deg, self.home.longitude_deg)
+
+    @cached_property
+    def fence_routes(self) -> FenceRoutes | None:
+        """The ways around the fence; None without one."""
+        return None if self.fence is None else FenceRoutes(self.fence, behaviour(self.facts).return_margin_m)
 
     @cached_property
     def hover(self) -> HoverSettings:

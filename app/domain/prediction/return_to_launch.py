@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from app.domain.airspace import shapes
-from app.domain.airspace.geofence import way_round
+from app.domain.airspace.fence_route import NoWay
 from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.prediction.motion import FlightContext, MotionState, Point
 from app.domain.vehicle.state import VehicleProfile
@@ -47,9 +47,9 @@ def way_of(flight: FlightContext, here: Point, to: Point) -> tuple[Point, ...]:
     """The corners of a direct return, the place itself last: round the fence with firmware that flies so."""
     if flight.fence is None or flight.fence.allows(shapes.LineString([here, to])):
         return (to,)
-    does = behaviour(flight.facts)
-    way = way_round(flight.fence, here, to, does.return_margin_m) if does.returns_round_fence else None
-    return (to,) if way is None else way[1:]
+    routes = flight.fence_routes if behaviour(flight.facts).returns_round_fence else None
+    way = NoWay.BLOCKED if routes is None else routes.way(here, to)
+    return (to,) if isinstance(way, NoWay) else way[1:]
 
 
 def return_up_m(flight: FlightContext, here: MotionState, to: Point) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from app.domain.airspace.fence_route import FenceRoutes
 from app.domain.airspace.geofence import FenceArea, fence_area
 from app.domain.autopilot import behaviour
 from app.domain.errors import PlanRejectedError
@@ -132,6 +133,7 @@ class _Look:
         facts, once = self.facts, self.assumptions.remembered
         home, steps = walked.home, walked.steps
         projection = LocalProjection(home.latitude_deg, home.longitude_deg)
+        fence = once(lambda: _fence(plan, facts, projection))
         return RuleContext(
             plan=plan,
             vehicle=self.vehicle,
@@ -141,7 +143,8 @@ class _Look:
             steps=steps,
             drops=drops_of(steps),
             projection=projection,
-            fence_area=once(lambda: _fence(plan, facts, projection)),
+            fence_area=fence,
+            fence_routes=once(lambda: _routes(fence(), facts)),
             flown_speeds_m_s=once(lambda: speeds_along(plan, facts, steps)),
             wind=self.wind,
             timeline=timeline,
@@ -165,6 +168,10 @@ def _fence(plan: Plan, facts: VehicleProfile, projection: LocalProjection) -> Fe
         return fence_area(fence, projection)
     reference_home(plan, facts)  # decides which inclusion fences count
     return fence_area(fence, projection, all_of_home=behaviour(facts).needs_all_inclusions)
+
+
+def _routes(area: FenceArea | None, facts: VehicleProfile) -> FenceRoutes | None:
+    return None if area is None else FenceRoutes(area, behaviour(facts).return_margin_m)
 
 
 def _order(finding: Finding) -> tuple[bool, list[tuple[bool, int, str]], str]:

@@ -7,11 +7,12 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.airspace import shapes
-from app.domain.airspace.geofence import MIN_AREA_M2, FenceArea, is_simple_polygon, length_m, polygon_shape, way_round
+from app.domain.airspace.fence_route import NoWay, Way, length_m
+from app.domain.airspace.geofence import MIN_AREA_M2, FenceArea, is_simple_polygon, polygon_shape
 from app.domain.autopilot import Quantity
 from app.domain.geo import LatLon
 from app.domain.prediction.ground_paths import GroundPath, ground_paths, point_of
-from app.domain.prediction.motion import Point, course
+from app.domain.prediction.motion import course
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
@@ -65,7 +66,9 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     first = next(placed, len(context.steps))  # up to there the vehicle is at home, or on its way from there
     for path in _paths(context):
         step = path.step
-        if step.index in broken or area.allows(path.shape) or _way_round(context, area, path) is not None:
+        if step.index in broken or area.allows(path.shape):
+            continue
+        if isinstance(way := _way_round(context, path), tuple):
             continue
         broken.add(step.index)
         allows_end = _allows(context, area, step.end)
@@ -74,6 +77,8 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         if step.item.goes_home:
             setting = context.behaviour.returns.setting
             message = f"the return leaves the geofence (its destination depends on {setting} and the rally points)"
+        if way is NoWay.UNKNOWN:
+            message = "the direct return leaves the geofence, which is too intricate to find the way around it"
         if step.item.jumps_to() is not None:
             message = "the leg back to the jump target leaves the geofence"
         hint = "stay inside the inclusions and outside the exclusions: add a waypoint, or change the geofence"
@@ -95,7 +100,7 @@ def _returns_round(context: RuleContext) -> Iterator[Violation]:
     for path in _paths(context):
         if path.step.index in reported or area.allows(path.shape):
             continue
-        if (way := _way_round(context, area, path)) is not None:
+        if isinstance(way := _way_round(context, path), tuple):
             reported.add(path.step.index)
             message = (
                 f"the direct return leaves the geofence: the vehicle flies {length_m(way):.0f} m around it "
@@ -105,15 +110,15 @@ def _returns_round(context: RuleContext) -> Iterator[Violation]:
             yield at_item(path.step, message, hint)
 
 
-def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple[Point, ...] | None:
-    """Return the path of a direct return that the firmware flies around the geofence, None if it does not apply."""
+def _way_round(context: RuleContext, path: GroundPath) -> Way | NoWay:
+    """Return the path of a direct return that the firmware flies around the geofence."""
     ends = list(path.shape.coords) if isinstance(path.shape, shapes.LineString) else []
     if not path.step.item.goes_home or not ends or follows_mission(context.facts):
-        return None
-    if not context.behaviour.returns_round_fence:
-        return None
+        return NoWay.BLOCKED
+    if not context.behaviour.returns_round_fence or (routes := context.fence_routes()) is None:
+        return NoWay.BLOCKED
     (here_east_m, here_north_m), (east_m, north_m) = ends[0], ends[-1]
-    return way_round(area, (here_east_m, here_north_m), (east_m, north_m), context.behaviour.return_margin_m)
+    return routes.way((here_east_m, here_north_m), (east_m, north_m))
 
 
 def _is_beyond_flat_earth(shape: shapes.BaseGeometry) -> bool:

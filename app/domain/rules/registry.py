@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
+from app.domain.airspace.fence_route import FenceRoutes
 from app.domain.airspace.geofence import FenceArea
 from app.domain.autopilot import Autopilot, Behaviour, autopilot, behaviour
 from app.domain.geo import LocalProjection
@@ -80,6 +81,7 @@ class RuleContext:
     drops: tuple[DropUse, ...]
     projection: LocalProjection
     fence_area: Callable[[], FenceArea | None]
+    fence_routes: Callable[[], FenceRoutes | None]
     flown_speeds_m_s: Callable[[], tuple[float, ...]]
     wind: Wind
     timeline: Callable[[], Timeline]

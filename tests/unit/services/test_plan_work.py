@@ -11,8 +11,11 @@ from typing import Any
 
 import pytest
 
-from app.services.plan_work import LARGE_DOCUMENT_BYTES, LARGE_ENTRIES, PlanWork, entries_of
+from app.domain.errors import PlanWorkTimeoutError
+from app.domain.plan import parse_plan
+from app.services.plan_work import CIRCLE_WEIGHT, LARGE_DOCUMENT_BYTES, LARGE_ENTRIES, PlanWork, entries_of
 from app.services.worker_process import WorkerProcess
+from tests.support.plan_pieces import RETURN, circle, plan_json, takeoff
 from tests.support.service_in_process import until
 from tests.support.workers import is_worker, workers_of
 
@@ -33,12 +36,14 @@ async def worker() -> AsyncIterator[WorkerProcess]:
         ({"items": [{"type": "waypoint", "id": "a", "latitude_deg": 1}] * (LARGE_ENTRIES - 1)}, False),
         (LARGE, True),
         ({"geofence": {"polygons": [{"vertices": [{}] * (LARGE_ENTRIES // 2)}] * 2}}, True),
+        ({"geofence": {"circles": [{}] * (LARGE_ENTRIES // CIRCLE_WEIGHT)}}, False),
+        ({"geofence": {"circles": [{}] * (LARGE_ENTRIES // CIRCLE_WEIGHT + 1)}}, True),
         ({f"k{number}": 0 for number in range(2 * LARGE_ENTRIES)}, True),
         ({"name": "x" * 1000}, False),
         (None, False),
         ("text", False),
     ],
-    ids=["items", "many items", "vertices", "fields", "a name", "null", "text"],
+    ids=["items", "many items", "vertices", "circles", "many circles", "fields", "a name", "null", "text"],
 )
 def test_what_is_large(document: Any, *, is_large: bool) -> None:
     assert (entries_of(document) >= LARGE_ENTRIES) is is_large
@@ -81,6 +86,23 @@ async def test_a_document_whose_sender_gives_up_leaves_the_queue(worker: WorkerP
 async def test_work_that_the_worker_loses_is_done_here(worker: WorkerProcess) -> None:
     assert await PlanWork(worker).run(LARGE, _end_any_worker) == os.getpid()
     assert await PlanWork(worker).run(LARGE, os.getpid) == worker.pid, "the next one has a new worker"
+
+
+async def test_work_that_takes_the_worker_too_long_is_given_up(tmp_path: Path) -> None:
+    worker, told = WorkerProcess(answer_s=15.0), str(tmp_path / "told")
+    pid = await worker.call(os.getpid)
+    os.kill(pid, signal.SIGSTOP)
+    with pytest.raises(PlanWorkTimeoutError):
+        await PlanWork(worker).run(LARGE, _tell, b"", told, "twice")
+    _tell(b"", told, "now")
+    assert _told(told) == ["now"], "the service did not do it itself"
+    await worker.close()
+
+
+def test_a_plan_weighs_as_much_as_its_document() -> None:
+    document = plan_json("multicopter", takeoff(), RETURN, geofence={"circles": [circle("exclusion", 90, 0, 9)] * 12})
+    assert entries_of(parse_plan(document)) == 2 + 12 * CIRCLE_WEIGHT
+    assert entries_of(document) >= LARGE_ENTRIES - 2
 
 
 async def test_a_defect_is_raised_as_in_a_thread(worker: WorkerProcess) -> None:

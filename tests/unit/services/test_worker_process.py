@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from app.services.worker_main import NICE
-from app.services.worker_process import WorkerLostError, WorkerProcess
+from app.services.worker_process import WorkerLostError, WorkerProcess, WorkerTimeoutError
 from tests.support.service_in_process import until
 from tests.support.workers import is_there
 
@@ -94,7 +94,7 @@ async def test_a_worker_that_stands_still_is_given_up() -> None:
     pid = await worker.call(os.getpid)
     os.kill(pid, signal.SIGSTOP)
     impatient = asyncio.create_task(worker.call(abs, -3))
-    with pytest.raises(WorkerLostError):
+    with pytest.raises(WorkerTimeoutError):
         await impatient
     assert not is_there(pid)
     assert await worker.call(abs, -3) == 3

@@ -13169,7 +13169,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `plan.work_timeout`: Plan or file took too long; `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13284,7 +13284,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13452,7 +13452,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13599,7 +13599,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13711,7 +13711,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13837,7 +13837,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13963,7 +13963,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14090,7 +14090,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16127,7 +16127,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16302,7 +16302,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16477,7 +16477,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17097,7 +17097,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17247,7 +17247,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17359,7 +17359,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `plan.work_timeout`: Plan or file took too long; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;

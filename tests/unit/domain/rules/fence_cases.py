@@ -32,6 +32,17 @@ WALLED_IN = (
     {"kind": "exclusion", "vertices": [at(-30, 60), at(45, 60), at(45, 64), at(-30, 64)]},
 )
 """A wall that leaves less room than the margins on both of its sides."""
+RIDGES: tuple[Json, ...] = tuple(
+    {
+        "kind": "exclusion",
+        "vertices": [
+            *(at(120 * n + 30 * (tooth % 2), 20 + 60 * tooth) for tooth in range(40)),
+            *(at(120 * n + 5 + 30 * (tooth % 2), 20 + 60 * tooth) for tooth in reversed(range(40))),
+        ],
+    }
+    for n in range(1, 61)
+)
+"""Exclusions like the teeth of saws, one behind the other: more corners than are searched."""
 TWO_AROUND_HOME = {"polygons": [square("inclusion", 50, 0, 100), square("inclusion", 0, 0, 60)]}
 
 GEOFENCE_CASES = [
@@ -92,6 +103,15 @@ GEOFENCE_CASES = [
         facts(firmware=(1, 19, 0)),
         facts(firmware=(1, 19, 0)),
         about="the way home, round which there is none",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/3",
+        multicopter(waypoint(7500), waypoint(7500, 90), geofence={"polygons": RIDGES}),
+        multicopter(waypoint(7500), waypoint(7500, 90), geofence={"polygons": RIDGES[:2]}),
+        facts(firmware=(1, 19, 0)),
+        facts(firmware=(1, 19, 0)),
+        about="the way home, round a fence of too many corners",
     ),
     Case(
         "geofence.return_round",
