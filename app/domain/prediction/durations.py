@@ -215,7 +215,7 @@ def _return(flight: FlightContext, before: MotionState, step: Step, speed_m_s: f
     if return_to_launch.follows_mission(flight.facts):
         return path_return.fly(flight, before, step, ahead.positions(), speed_m_s)
     to = return_to_launch.destination(flight, before, lambda: path_return.landing_of(ahead.positions()))
-    up_m = return_to_launch.return_up_m(flight, before, to)
+    up_m = return_to_launch.return_up_m(flight, before, to, step.before)
     round_it, at = Effort(0.0, 0.0, before), before
     for corner, following in pairwise(return_to_launch.way_of(flight, before.point, to)):
         round_it = _after(round_it, _to_corner(flight, at, step, speed_m_s, corner, following, up_m))

@@ -9,7 +9,7 @@ from app.domain.airspace import shapes
 from app.domain.airspace.fence_route import NoWay
 from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.prediction.motion import FlightContext, MotionState, Point
-from app.domain.vehicle.state import VehicleProfile
+from app.domain.vehicle.state import FlightRegime, VehicleProfile
 
 HOME: Point = (0.0, 0.0)
 NEARLY_M = 20.0
@@ -52,13 +52,24 @@ def way_of(flight: FlightContext, here: Point, to: Point) -> tuple[Point, ...]:
     return (to,) if isinstance(way, NoWay) else way[1:]
 
 
-def return_up_m(flight: FlightContext, here: MotionState, to: Point) -> float:
-    """The height above home: as it is set, less near to the place, never below the present one."""
-    away_m, radius_m = here.away_m(to), quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
-    if away_m <= radius_m:
-        return max(here.up_m, 2.0 * away_m)
+def return_up_m(
+    flight: FlightContext, here: MotionState, to: Point, carried: FlightRegime, to_up_m: float = 0.0
+) -> float:
+    """The height above home: as it is set above the place, which is `to_up_m` high, and never below the present one.
+
+    A vehicle that hovers climbs less near to the place.
+    """
     height_m = quantity(flight.facts, Quantity.RETURN_HEIGHT_M)
+    if carried is not FlightRegime.FIXED_WING:
+        height_m = _near_m(flight, here.away_m(to), height_m)
+    return max(here.up_m, to_up_m + height_m)
+
+
+def _near_m(flight: FlightContext, away_m: float, height_m: float) -> float:
+    radius_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
+    if away_m <= radius_m:
+        return 2.0 * away_m
     if away_m <= quantity(flight.facts, Quantity.RETURN_NEAR_M):
         cone_deg = min(89.0, max(1.0, quantity(flight.facts, Quantity.RETURN_CONE_DEG)))
         height_m = min(height_m, away_m / math.tan(math.radians(cone_deg)))
-    return max(here.up_m, height_m, 2.0 * radius_m)
+    return max(height_m, 2.0 * radius_m)

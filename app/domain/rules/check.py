@@ -26,6 +26,7 @@ from app.domain.rules import (
     limits,
     moving_target,
     performance,
+    return_heights,
     takeoff_landing,
     vehicle,
     weather,
@@ -37,7 +38,7 @@ from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
 FILES = (
     *(gripper, alternate, moving_target, braking, takeoff_landing, fixed_wing, weather),
-    *(geofence, limits, performance, vehicle),
+    *(geofence, limits, return_heights, performance, vehicle),
 )
 RULES: tuple[Rule, ...] = tuple(rule for file in FILES for rule in file.rules.all)
 

@@ -140,6 +140,112 @@ LIMIT_CASES = [
     ),
 ]
 
+HIGH_RALLY = {"rally_points": [at(90, 0, relative_altitude_m=25)]}
+LOW_LIMIT: Json = {"limits": {"max_relative_altitude_m": 20}}
+TO_LAND = plan("multicopter", takeoff(), waypoint(altitude_m=15), land(50), **LOW_LIMIT)
+FLIGHT_TO_LAND = plan("multicopter", takeoff(), waypoint(), land(50))
+RETURN_CASES = [
+    Case(
+        "limits.return_altitude",
+        "/items/2",
+        multicopter(waypoint(altitude_m=15), **LOW_LIMIT),
+        multicopter(waypoint(altitude_m=15), **LOW_LIMIT),
+        facts(RTL_RETURN_ALT=21),
+        facts(RTL_RETURN_ALT=20),
+    ),
+    Case(
+        "limits.return_altitude",
+        "/items/2",
+        multicopter(waypoint(altitude_m=15), limits={"max_relative_altitude_m": 40}, **HIGH_RALLY),
+        multicopter(waypoint(altitude_m=15), limits={"max_relative_altitude_m": 40}),
+        about="above a rally point",
+    ),
+    Case(
+        "limits.return_altitude",
+        "/items/2",
+        multicopter(waypoint(altitude_m=15), **LOW_LIMIT),
+        multicopter(waypoint(15, altitude_m=15), **LOW_LIMIT),
+        facts(RTL_MIN_DIST=18),
+        facts(RTL_MIN_DIST=18),
+        about="less high near home",
+    ),
+    Case(
+        "limits.return_altitude",
+        "/contingency/on_drop_failure",
+        plan(
+            "multicopter",
+            *(takeoff(), waypoint(altitude_m=15), gripper(), land(50)),
+            contingency={"on_drop_failure": "return"},
+            **LOW_LIMIT,
+        ),
+        plan("multicopter", takeoff(), waypoint(altitude_m=15), gripper(), land(50), **LOW_LIMIT),
+        about="after a failed drop",
+    ),
+    Case(
+        "limits.failsafe_altitude",
+        "/limits/max_relative_altitude_m",
+        TO_LAND,
+        TO_LAND,
+        facts(RTL_RETURN_ALT=30),
+        facts(RTL_RETURN_ALT=20),
+    ),
+    Case(
+        "geofence.return_height",
+        "/items/2",
+        FLIGHT,
+        FLIGHT,
+        facts(GF_MAX_VER_DIST=40, RTL_RETURN_ALT=60),
+        facts(GF_MAX_VER_DIST=40, RTL_RETURN_ALT=35),
+    ),
+    Case(
+        "geofence.return_height",
+        "/items/2",
+        FLIGHT,
+        FLIGHT,
+        facts(GF_MAX_VER_DIST=40, RTL_RETURN_ALT=60),
+        facts(GF_MAX_VER_DIST=40, RTL_RETURN_ALT=60, RTL_TYPE=2),
+        about="not along the mission",
+    ),
+    Case(
+        "geofence.failsafe_height",
+        "",
+        FLIGHT_TO_LAND,
+        FLIGHT_TO_LAND,
+        facts(GF_MAX_VER_DIST=40, RTL_RETURN_ALT=60),
+        facts(GF_MAX_VER_DIST=60, RTL_RETURN_ALT=60),
+    ),
+    Case(
+        "limits.rally_point",
+        "/rally_points/0",
+        multicopter(waypoint(50), limits={"max_distance_m": 80}, **HIGH_RALLY),
+        multicopter(waypoint(50), limits={"max_distance_m": 100}, **HIGH_RALLY),
+    ),
+    Case(
+        "limits.rally_point",
+        "/rally_points/0",
+        multicopter(waypoint(50), limits={"max_relative_altitude_m": 24}, **HIGH_RALLY),
+        multicopter(waypoint(50), limits={"max_relative_altitude_m": 30}, **HIGH_RALLY),
+        about="too high",
+    ),
+    Case(
+        "geofence.vehicle_rally",
+        "/rally_points/0",
+        multicopter(waypoint(50), **HIGH_RALLY),
+        multicopter(waypoint(50), **HIGH_RALLY),
+        facts(GF_MAX_HOR_DIST=80),
+        facts(GF_MAX_HOR_DIST=100),
+    ),
+    Case(
+        "geofence.vehicle_rally",
+        "/rally_points/0",
+        multicopter(waypoint(50), **HIGH_RALLY),
+        multicopter(waypoint(50), **HIGH_RALLY),
+        facts(GF_MAX_VER_DIST=24),
+        facts(GF_MAX_VER_DIST=30),
+        about="too high",
+    ),
+]
+
 ABSOLUTE: Json = {"type": "waypoint", **at(100, 0), "absolute_altitude_m": 510}
 RELATIVE: Json = {"type": "waypoint", **at(50, 0), "relative_altitude_m": 20}
 VEHICLE_CASES = [

@@ -30,6 +30,7 @@ DEPENDENT = {
     "landing.required",
     "limits.duration",
     "limits.first_waypoint_too_far",
+    "limits.return_altitude",
     "limits.speed",
     "loiter.radius_too_small",
     "speed.not_flyable",
