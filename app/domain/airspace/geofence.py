@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 from app.domain.airspace import shapes
@@ -21,6 +22,9 @@ _SEGMENTS = 32
 _ROUTE_SEGMENTS = 2
 """PX4's planner of returns flies around an exclusion circle along 8 corners outside of it."""
 MIN_AREA_M2 = 1.0
+_BEND_M: Final = 0.25
+"""How far a part of a polygon's edge may be beside it. An edge of 3 km at 60 degrees of latitude bends so much."""
+_MOST_PARTS: Final = 64
 _TOUCH_M: Final = 0.05
 _MARGIN_M: Final = 100_000.0
 """Wider than any exclusion: all around a way is allowed if there are exclusions only."""
@@ -90,10 +94,36 @@ def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: boo
 
 
 def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> shapes.Polygon:
-    """Return the polygon in local metres."""
-    return shapes.Polygon(
-        [projection.to_local(vertex.latitude_deg, vertex.longitude_deg) for vertex in polygon.vertices]
-    )
+    """Return the polygon in local metres. Its edges are straight in latitude and longitude, as for the autopilot.
+
+    Across the antimeridian, where a rule rejects it, they are straight on the ground.
+    """
+    if crosses_antimeridian(polygon):
+        return shapes.Polygon([projection.to_local(one.latitude_deg, one.longitude_deg) for one in polygon.vertices])
+    return shapes.Polygon([place for one, other in _edges(polygon) for place in _edge(one, other, projection)])
+
+
+def crosses_antimeridian(polygon: FencePolygon) -> bool:
+    """Whether an edge takes the short way across it. The autopilot, which compares longitudes, takes the long way."""
+    return any(abs(other.longitude_deg - one.longitude_deg) > 180.0 for one, other in _edges(polygon))
+
+
+def _edges(polygon: FencePolygon) -> Iterator[tuple[Corner, Corner]]:
+    return pairwise((*polygon.vertices, polygon.vertices[0]))
+
+
+def _edge(one: Corner, other: Corner, projection: LocalProjection) -> Iterator[Place]:
+    """The first corner, and the places between that it takes to follow a long edge."""
+    start = projection.to_local(one.latitude_deg, one.longitude_deg)
+    yield start
+    end = projection.to_local(other.latitude_deg, other.longitude_deg)
+    north_deg, east_deg = other.latitude_deg - one.latitude_deg, other.longitude_deg - one.longitude_deg
+    middle = projection.to_local(one.latitude_deg + north_deg / 2, one.longitude_deg + east_deg / 2)
+    bend_m = math.dist(middle, ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2))
+    parts = min(_MOST_PARTS, math.ceil(math.sqrt(bend_m / _BEND_M)))
+    for part in range(1, parts):
+        share = part / parts
+        yield projection.to_local(one.latitude_deg + share * north_deg, one.longitude_deg + share * east_deg)
 
 
 def is_simple_polygon(shape: shapes.Polygon) -> bool:

@@ -31,7 +31,9 @@ FenceKind = Literal["inclusion", "exclusion"]
 
 
 class FencePolygon(PlanModel):
-    """At least three corners, in order. Do not repeat the first corner. Edges take the short way around the globe."""
+    """At least three corners, in order. Do not repeat the first corner. Edges are straight in latitude and longitude,
+    and must not cross the antimeridian.
+    """
 
     kind: FenceKind
     vertices: Annotated[tuple[Point, ...], FROM_JSON, Field(min_length=3, max_length=MAX_VERTICES, fail_fast=True)]

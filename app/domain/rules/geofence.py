@@ -8,7 +8,13 @@ from typing import Final
 
 from app.domain.airspace import shapes
 from app.domain.airspace.fence_route import NoWay, Way, length_m
-from app.domain.airspace.geofence import MIN_AREA_M2, FenceArea, is_simple_polygon, polygon_shape
+from app.domain.airspace.geofence import (
+    MIN_AREA_M2,
+    FenceArea,
+    crosses_antimeridian,
+    is_simple_polygon,
+    polygon_shape,
+)
 from app.domain.autopilot import Quantity
 from app.domain.geo import LatLon
 from app.domain.prediction.ground_paths import GroundPath, ground_paths, point_of
@@ -38,6 +44,19 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
             around_home = _is_beyond_flat_earth(shape) or abs(shape.area - MIN_AREA_M2) < 0.01 * MIN_AREA_M2
             assumed = (HOME,) if around_home and not context.knows_home else ()
             yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint, assumed=assumed)
+
+
+@rules.error(
+    "geofence.antimeridian",
+    "PX4 compares longitudes as numbers, so that a polygon across the antimeridian has its inside outside.",
+    "PX4 Geofence::insidePolygon.",
+)
+def _on_one_side(context: RuleContext) -> Iterator[Violation]:
+    for index, polygon in enumerate(context.plan.geofence.polygons):
+        if crosses_antimeridian(polygon):
+            message = "the polygon has an edge across the antimeridian, or contains a pole"
+            hint = "use one polygon on each side of 180 degrees of longitude, or circles"
+            yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint)
 
 
 @rules.error(

@@ -2969,7 +2969,8 @@ export interface components {
         };
         /**
          * FencePolygon
-         * @description At least three corners, in order. Do not repeat the first corner. Edges take the short way around the globe.
+         * @description At least three corners, in order. Do not repeat the first corner. Edges are straight in latitude and longitude,
+         *     and must not cross the antimeridian.
          */
         FencePolygon: {
             /**

@@ -23,6 +23,16 @@ FLIGHT = multicopter(waypoint())
 WING_FLIGHT = plan("fixed_wing", takeoff(40, **at(160, 0)), waypoint(200, 0), waypoint(200, 90), land())
 NEAR_FENCE = {"polygons": [square("inclusion", 50, 0, 100)]}
 BOW_TIE: Json = {"kind": "inclusion", "vertices": [at(-50, -50), at(150, 50), at(150, -50), at(-50, 50)]}
+ACROSS, BESIDE = (
+    {
+        "kind": "exclusion",
+        "vertices": [
+            {"latitude_deg": -17 + north, "longitude_deg": east} for north, east in ((0, west), (0, 179), (1, 179))
+        ],
+    }
+    for west in (-179, 178)
+)
+"""Exclusions far away."""
 RALLY: Json = at(60, 90, relative_altitude_m=20)
 PILLAR = {"circles": [circle("exclusion", 100, 90, 10)]}
 """On the straight way to the rally point, and not on the way home."""
@@ -51,6 +61,12 @@ GEOFENCE_CASES = [
         "/geofence/polygons/0/vertices",
         multicopter(waypoint(), geofence={"polygons": [BOW_TIE]}),
         multicopter(waypoint(), geofence=NEAR_FENCE),
+    ),
+    Case(
+        "geofence.antimeridian",
+        "/geofence/polygons/0/vertices",
+        multicopter(waypoint(), geofence={"polygons": [ACROSS]}),
+        multicopter(waypoint(), geofence={"polygons": [BESIDE]}),
     ),
     Case(
         "geofence.home_outside",
