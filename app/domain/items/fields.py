@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
+from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.vehicle.state import GlobalPosition
@@ -29,14 +29,9 @@ FROM_JSON: Final = Strict(False)
 """For types without a JSON form of their own: an array becomes a tuple, a string a member of an enumeration."""
 
 
-def _null_is_missing(value: object) -> object:
-    return "" if value is None else value
-
-
 ItemId = Annotated[
     str,
     Field(max_length=64, pattern=r"^([A-Za-z0-9][A-Za-z0-9_.-]*)?$", description="stable name; generated if omitted"),
-    BeforeValidator(_null_is_missing),
 ]
 
 
@@ -44,6 +39,14 @@ class PlanModel(BaseModel):
     """Strict and frozen, without unknown fields. `null` always means "not set"."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _null_is_not_given(cls, value: object) -> object:
+        if not isinstance(value, dict) or None not in value.values():
+            return value
+        defaults = {name for name, field in cls.model_fields.items() if not field.is_required()}
+        return {name: part for name, part in value.items() if part is not None or name not in defaults}
 
 
 class Altitude(PlanModel):

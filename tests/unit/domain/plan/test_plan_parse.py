@@ -53,6 +53,44 @@ def test_null_means_not_given() -> None:
     assert parse_plan(_delivery(yaw_deg=None, absolute_altitude_m=None)) == parse_plan(_delivery())
 
 
+@pytest.mark.parametrize("name", ["limits", "geofence", "contingency", "rally_points", "order", "home"])
+def test_null_means_not_given_in_the_document(name: str) -> None:
+    document = plan_json("multicopter", takeoff(), RETURN) | {name: None}
+    without = {key: value for key, value in document.items() if key != name}
+    assert parse_plan(document) == parse_plan(json.dumps(document)) == parse_plan(without)
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        gripper(hold_s=None, consent=None, instance=None, mode=None),
+        gripper(alternate={**at(50, 50), "relative_altitude_m": 30, "hold_s": None, "consent": None}),
+    ],
+    ids=["a drop", "its alternate"],
+)
+def test_null_means_not_given_in_an_item(item: dict[str, Any]) -> None:
+    parsed = parse_plan(plan_json("multicopter", takeoff(), waypoint(), item, RETURN))
+    assert parsed == parse_plan(plan_json("multicopter", takeoff(), waypoint(), _without_nulls(item), RETURN))
+
+
+def test_null_means_not_given_in_a_part() -> None:
+    document = plan_json("multicopter", takeoff(), RETURN)
+    nulls = {"contingency": {"on_drop_failure": None}, "geofence": {"polygons": None, "circles": None}}
+    assert parse_plan(document | nulls) == parse_plan(document)
+
+
+def test_null_is_no_value_of_a_required_field() -> None:
+    assert _found(plan_json("multicopter", takeoff(), waypoint(latitude_deg=None), RETURN)) == [
+        ("plan.wrong_type", "/items/1/latitude_deg")
+    ]
+
+
+def _without_nulls(part: Any) -> Any:
+    if not isinstance(part, dict):
+        return part
+    return {name: _without_nulls(value) for name, value in part.items() if value is not None}
+
+
 def test_an_integer_is_as_good_as_a_float() -> None:
     assert parse_plan(_delivery(relative_altitude_m=30)) == parse_plan(_delivery(relative_altitude_m=30.0))
 
