@@ -15,7 +15,7 @@ from app.api.routing import API, BINARY, BINARY_SCHEMA, STORED, Answer, Call, No
 from app.domain.model import Frozen, FrozenForm
 from app.domain.plan import parse_plan
 from app.domain.ports.stores import StoredPlan
-from app.domain.validation.plain_text import PLAIN_LINE
+from app.domain.validation.plain_text import PLAIN_NAME
 from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import ConversionFinding
 from app.interchange.formats import (
@@ -43,7 +43,7 @@ class ConversionQuery(FrozenForm):
     """`format` asserts the format, which is detected from the content. The others fill in what the document omits."""
 
     format: SourceFormat | None = None
-    name: Annotated[str | None, Field(min_length=1, max_length=200, description="of the plan"), PLAIN_LINE] = None
+    name: Annotated[str | None, Field(min_length=1, max_length=200, description="of the plan"), PLAIN_NAME] = None
     vehicle_type: VehicleType | None = None
 
 

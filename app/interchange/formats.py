@@ -67,7 +67,7 @@ def convert_to_plan(
         found = _json_format(document, report)
         _agree(source, found, report)
         if found is SourceFormat.PLAN:
-            return Conversion(parse_plan(raw), found, ())
+            return Conversion(parse_plan(text), found, ())
         draft = read_qgc(document, unsaid, report)
     plan = finish(draft, report)
     return Conversion(plan, found, report.summarized())

@@ -280,12 +280,12 @@ def _unclear_jump(number: float | None, owners: int) -> str:
 
 
 def _next_flown(items: Sequence[FileItem]) -> list[FileItem | None]:
-    """For each item the one after it that is not for a camera."""
+    """For each item the one after it that is not omitted as a camera command: a photo is a plan item."""
     found: list[FileItem | None] = []
     following: FileItem | None = None
     for item in reversed(items):
         found.append(following)
-        following = following if item.command in CAMERA_ONLY else item
+        following = following if item.command in CAMERA_ONLY and form_of(item) is None else item
     return found[::-1]
 
 

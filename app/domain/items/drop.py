@@ -9,7 +9,7 @@ from pydantic import Field
 
 from app.domain.items.base import Draft, Item, Predictor, T
 from app.domain.items.drop_places import DEFAULT_DROP_HOLD_S, Consent, ConsentTimeoutS, HoldS
-from app.domain.items.fields import RadiusM
+from app.domain.items.fields import WHOLE, RadiusM
 
 
 class Drop(Item):
@@ -35,7 +35,7 @@ class Drop(Item):
     mass_kg: Annotated[float, Field(gt=0, le=10_000)] | None = None
     consent: Consent = "none"
     consent_timeout_s: ConsentTimeoutS | None = None
-    instance: Annotated[int, Field(ge=1, le=16)] = 1
+    instance: Annotated[int, Field(ge=1, le=16), WHOLE] = 1
 
     @property
     @abstractmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Self
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.vehicle.state import GlobalPosition
@@ -27,6 +27,14 @@ SignedRadiusM = Annotated[
 ]
 FROM_JSON: Final = Strict(False)
 """For types without a JSON form of their own: an array becomes a tuple, a string a member of an enumeration."""
+
+
+def _whole(value: object) -> object:
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+WHOLE: Final = BeforeValidator(_whole)
+"""For integers: JSON does not tell 1.0 from 1, and some writers write all numbers so."""
 
 
 ItemId = Annotated[

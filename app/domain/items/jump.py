@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from app.domain.items.base import CommandForm, Draft, Forms, Item, Leg, Param, command_draft
+from app.domain.items.fields import WHOLE
 from app.domain.mission import NAN, MavCmd
 
 
@@ -22,7 +23,7 @@ class Jump(Item):
 
     type: Literal["jump"]
     target: Annotated[str, Field(min_length=1, max_length=64)]
-    repeats: Annotated[int, Field(ge=1, le=1000)]
+    repeats: Annotated[int, Field(ge=1, le=1000), WHOLE]
 
     def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         return (command_draft(MavCmd.DO_JUMP, NAN, float(self.repeats), jump_to=self.target),)

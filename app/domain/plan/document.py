@@ -7,8 +7,8 @@ import json
 from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import Field, field_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, Field, field_validator
+from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from app.domain.items import PlanItem
 from app.domain.items.drop_places import Alternate
@@ -24,7 +24,7 @@ from app.domain.items.fields import (
 )
 from app.domain.plan.json_tree import MAX_ITEMS, MAX_POLYGONS, MAX_RALLY_POINTS, MAX_VERTICES
 from app.domain.validation.finding import json_pointer
-from app.domain.validation.plain_text import PLAIN_LINE, PLAIN_TEXT
+from app.domain.validation.plain_text import PLAIN_LINE, PLAIN_NAME, PLAIN_TEXT
 from app.domain.vehicle.state import VehicleType
 
 FenceKind = Literal["inclusion", "exclusion"]
@@ -75,7 +75,7 @@ class Home(PlanModel):
 class Order(PlanModel):
     """The delivery order, a reference of the dispatch system. Waydrop only stores it."""
 
-    id: Annotated[str, Field(min_length=1, max_length=200), PLAIN_LINE]
+    id: Annotated[str, Field(min_length=1, max_length=200), PLAIN_NAME]
     recipient: Annotated[str, Field(max_length=500), PLAIN_LINE] | None = None
     notes: Annotated[str, Field(max_length=500), PLAIN_TEXT] | None = None
 
@@ -101,11 +101,17 @@ class Contingency(PlanModel):
     on_link_loss: Literal["continue", "hold", "return", "land"] | None = None
 
 
+def _version(value: object) -> object:
+    if isinstance(value, bool):  # True equals 1
+        raise PydanticKnownError("literal_error", {"expected": "1"})
+    return value
+
+
 class Plan(PlanModel):
     """A delivery plan, version 1. Items without an ID get `item-<number>`. IDs are unique."""
 
-    version: Literal[1]
-    name: Annotated[str, Field(min_length=1, max_length=200), PLAIN_LINE]
+    version: Annotated[Literal[1], BeforeValidator(_version)]
+    name: Annotated[str, Field(min_length=1, max_length=200), PLAIN_NAME]
     vehicle_type: Annotated[VehicleType, FROM_JSON]
     items: Annotated[
         tuple[Annotated[PlanItem, Field(discriminator="type")], ...],

@@ -107,7 +107,7 @@ def _decode(raw: bytes | str, tree: JsonTree) -> str | None:
         tree.refuse("plan.too_large", "", f"the plan has {size} bytes; the limit is {MAX_BODY_BYTES}")
         return None
     try:
-        text = raw.decode("utf-8") if isinstance(raw, bytes) else raw
+        text = raw.decode("utf-8-sig") if isinstance(raw, bytes) else raw  # editors on Windows begin files with a BOM
     except UnicodeDecodeError as error:
         tree.refuse("plan.not_json", "", f"the plan is not valid UTF-8: {error.reason} at byte {error.start}")
         return None
@@ -137,7 +137,7 @@ def read_at_once(raw: Any) -> Any:
     if not isinstance(raw, bytes | str):
         return raw if _is_plain(raw, MAX_DEPTH) else None
     try:
-        text = raw.decode() if isinstance(raw, bytes) else raw
+        text = raw.decode("utf-8-sig") if isinstance(raw, bytes) else raw
         if len(raw if isinstance(raw, bytes) else text.encode()) > MAX_BODY_BYTES:
             return None
         return json.loads(text, object_pairs_hook=_object_at_once)

@@ -32,7 +32,7 @@ FLAT_WITHIN_M: Final = 100_000.0
 
 @rules.error(
     "geofence.self_crossing",
-    "The inside of a polygon that intersects itself is ambiguous.",
+    "The inside of a polygon that intersects itself or has hardly an area is ambiguous.",
     "Waydrop; PX4 accepts it and counts crossings.",
 )
 def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
@@ -41,6 +41,9 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
         if not is_simple_polygon(shape):
             message = "the polygon intersects itself or has no area"
             hint = "list the corners in order around the polygon"
+            if shape.is_valid:
+                message = f"the polygon has an area of {shape.area:.2f} m²; the smallest is {MIN_AREA_M2:g} m²"
+                hint = "make it larger, or use a circle"
             around_home = _is_beyond_flat_earth(shape) or abs(shape.area - MIN_AREA_M2) < 0.01 * MIN_AREA_M2
             assumed = (HOME,) if around_home and not context.knows_home else ()
             yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint, assumed=assumed)

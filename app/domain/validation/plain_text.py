@@ -9,20 +9,23 @@ from typing import Any, Final
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from app.domain.text import UNSEEN_IN_LINE, UNSEEN_IN_LINES
+from app.domain.text import UNSEEN_IN_LINE, UNSEEN_IN_LINES, UNSEEN_TAGS
 
 
 @dataclass(frozen=True, slots=True)
 class Without:
-    """Annotates a string that must not contain these characters."""
+    """Annotates a string that must not contain these characters, nor tag characters. A name has any that is seen."""
 
     unseen: str
+    is_name: bool = False
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        pattern = re.compile(f"[{self.unseen}]")
+        pattern = re.compile(f"[{self.unseen}{UNSEEN_TAGS}]")
 
         def check(text: str | None) -> str | None:
             found = None if text is None else pattern.search(text)
+            if found is None and self.is_name and text is not None and text.isspace():
+                raise PydanticCustomError("unprintable", "must contain more than spaces")
             if found is None:
                 return text
             raise PydanticCustomError(
@@ -39,5 +42,7 @@ class Without:
 
 PLAIN_LINE: Final = Without(UNSEEN_IN_LINE)
 """One line without control characters, bidirectional overrides and the like."""
+PLAIN_NAME: Final = Without(UNSEEN_IN_LINE, is_name=True)
+"""The same, and not only spaces."""
 PLAIN_TEXT: Final = Without(UNSEEN_IN_LINES)
 """The same with line breaks and tabs."""

@@ -27,6 +27,7 @@ TEXT: TypeAdapter[str] = TypeAdapter(Annotated[str, PLAIN_TEXT])
         ("\x9b31mred\x9b0m", "red"),
         ("one\r\ntwo\tthree", "one two three"),
         ("gate \u202eevil\u202c", "gate evil"),
+        ("soft\u00adhyphen, tag\U000e0041, filler\u3164", "softhyphen, tag, filler"),
         ("\u2066left\u2069 zero\u200bwidth\ufeff", "left zerowidth"),
         ("broken\ud800 \x00 text", "broken  text"),
         ("Grüße, 你好, می‌خواهم 👩‍🚀", "Grüße, 你好, می‌خواهم 👩‍🚀"),

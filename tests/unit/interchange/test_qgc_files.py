@@ -12,7 +12,8 @@ from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import ConversionFinding, ConversionRefused, FindingKind
 from app.interchange.formats import Conversion, SourceFormat, convert_to_plan
 from app.interchange.qgc_writer import qgc_document
-from tests.support.interchange_files import FOLDER, document, meaning, raw
+from tests.support.interchange_files import FOLDER, Json, document, meaning, raw
+from tests.support.paths import PLANS
 
 DELIVERIES = {
     "multicopter-delivery.plan": VehicleType.MULTICOPTER,
@@ -113,6 +114,25 @@ def test_the_landing_of_a_fixed_wing_is_one_item_with_its_approach() -> None:
     assert land.approach is not None
     assert (land.approach.latitude_deg, land.approach.longitude_deg) == (47.4006, 8.548)
     assert (land.approach.relative_altitude_m, land.approach.radius_m) == (20.0, 60.0)
+
+
+def test_a_photo_before_the_landing_leaves_the_loiter_before_it_in_the_plan() -> None:
+    file = document("fixed-wing-delivery.plan")
+    loiter, land = [1, 60, 0, 1, 47.4006, 8.548, 20], [0, 0, 0, None, 47.3977, 8.5456, 0]
+    picture = [0, 0, 1, None, None, None, None]
+    file["mission"]["items"][5:] = [simple(31, loiter, 3), simple(2000, picture, 2), simple(21, land, 3)]
+    conversion = convert_to_plan(json.dumps(file).encode())
+    assert [item.type for item in conversion.plan.items[-3:]] == ["loiter", "photo", "land"]
+    assert "land_start" not in {code for code, _ in places(conversion.findings, FindingKind.LOST)}
+
+
+def simple(command: int, params: list[float | None], frame: int) -> Json:
+    return {"type": "SimpleItem", "autoContinue": True, "command": command, "frame": frame, "params": params}
+
+
+def test_a_plan_with_a_byte_order_mark_is_taken_as_it_is() -> None:
+    plan = (PLANS / "clinic-run.json").read_bytes()
+    assert convert_to_plan(b"\xef\xbb\xbf" + plan).plan == convert_to_plan(plan).plan
 
 
 def test_a_jump_goes_to_the_item_with_that_number() -> None:

@@ -91,6 +91,21 @@ def _without_nulls(part: Any) -> Any:
     return {name: _without_nulls(value) for name, value in part.items() if value is not None}
 
 
+def test_a_whole_number_is_as_good_as_an_integer() -> None:
+    back = {"type": "jump", "target": "a"}
+    items = [takeoff(), waypoint(id="a")]
+    whole = plan_json("multicopter", *items, gripper(instance=1.0), {**back, "repeats": 2.0}, RETURN)
+    integer = plan_json("multicopter", *items, gripper(instance=1), {**back, "repeats": 2}, RETURN)
+    assert parse_plan(whole | {"version": 1.0}).model_dump_json() == parse_plan(integer).model_dump_json()
+    assert _found(plan_json("multicopter", takeoff(), waypoint(), gripper(instance=1.5), RETURN)) == [
+        ("plan.wrong_type", "/items/2/instance")
+    ]
+
+
+def test_a_byte_order_mark_before_the_text_is_no_fault() -> None:
+    assert parse_plan(json.dumps(_delivery()).encode("utf-8-sig")) == parse_plan(_delivery())
+
+
 def test_an_integer_is_as_good_as_a_float() -> None:
     assert parse_plan(_delivery(relative_altitude_m=30)) == parse_plan(_delivery(relative_altitude_m=30.0))
 
@@ -132,7 +147,13 @@ def test_a_bad_field_is_refused_where_it_stands(changes: dict[str, Any], code: s
         ({"order": {"id": "A\x1b[2J"}}, "plan.bad_value", "/order/id"),
         ({"order": {"id": "A", "notes": "ring\x00"}}, "plan.bad_value", "/order/notes"),
         ({"version": "1"}, "plan.bad_value", "/version"),
+        ({"version": True}, "plan.bad_value", "/version"),
         ({"name": ""}, "plan.too_short", "/name"),
+        ({"name": "   "}, "plan.bad_value", "/name"),
+        ({"name": "\u00a0"}, "plan.bad_value", "/name"),
+        ({"name": "a\u00adb"}, "plan.bad_value", "/name"),
+        ({"name": "a\U000e0041"}, "plan.bad_value", "/name"),
+        ({"order": {"id": " "}}, "plan.bad_value", "/order/id"),
         ({"vehicle_type": "submarine"}, "plan.bad_value", "/vehicle_type"),
         ({"items": []}, "plan.too_few_items", "/items"),
         ({"items": {}}, "plan.wrong_type", "/items"),

@@ -63,6 +63,13 @@ GEOFENCE_CASES = [
         multicopter(waypoint(), geofence=NEAR_FENCE),
     ),
     Case(
+        "geofence.self_crossing",
+        "/geofence/polygons/0/vertices",
+        multicopter(waypoint(), geofence={"polygons": [square("exclusion", 50, 50, 0.35)]}),
+        multicopter(waypoint(), geofence={"polygons": [square("exclusion", 50, 50, 0.6)]}),
+        about="too small",
+    ),
+    Case(
         "geofence.antimeridian",
         "/geofence/polygons/0/vertices",
         multicopter(waypoint(), geofence={"polygons": [ACROSS]}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.rules import RULES, Severity, check_plan
+from tests.support.plan_pieces import multicopter, square, waypoint
 from tests.support.rule_case import Case, codes
 from tests.support.rule_cases import CASES
 from tests.unit.domain.rules.drop_cases import POSITION_CASES
@@ -31,6 +32,12 @@ def test_a_finding_about_an_item_names_it(case: Case) -> None:
     for finding in check_plan(case.wrong, case.wrong_facts):
         if finding.pointer.startswith("/items/"):
             assert finding.item_id == case.wrong.items[int(finding.pointer.split("/")[2])].id
+
+
+def test_a_polygon_that_is_too_small_is_not_said_to_intersect_itself() -> None:
+    small = multicopter(waypoint(), geofence={"polygons": [square("exclusion", 50, 50, 0.35)]})
+    (found,) = [finding for finding in check_plan(small, None) if finding.code == "geofence.self_crossing"]
+    assert found.message == "the polygon has an area of 0.49 m²; the smallest is 1 m²"
 
 
 def test_every_rule_has_a_case() -> None:
