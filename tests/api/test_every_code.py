@@ -21,6 +21,7 @@ FROM_SERVICES = {
     "drop.consent_too_late": "comes 5 s after a question at the soonest; its answer is tested with the table",
     "command.expired": "ends a release within a run",
     "link_key.unusable": "raised by the command line, which writes the keys, and at the start",
+    "plan.work_timeout": "after 30 s of work on one plan: tests/unit/services/test_plan_work.py",
     "mission.upload_failed": "ends a run, whose request was answered long before",
 }
 
