@@ -23,7 +23,7 @@ from app.interchange.findings import ConversionFinding, Report
 from app.interchange.map_shapes import Coordinate, circle_ring, line_parts, polygon_parts
 
 _NAMESPACE: Final = "http://www.opengis.net/kml/2.2"
-_NOT_XML: Final = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_NOT_XML: Final = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 _STYLES: Final = {"route": "ffdd8800", "inclusion": "ff00aa00", "exclusion": "ff0000dd"}
 """aabbggrr, as KML has it."""
 
