@@ -26,37 +26,12 @@ from app.domain.flight.phase import STOPPED_M_S, is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
+from app.domain.flight.trackers import CommandTracker, LinkTracker, OffboardTracker
 from app.domain.mission import Mission
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import LastPosition, Run, RunAction, RunState
+from app.domain.run.run import LastPosition, Run, RunState
 from app.domain.vehicle.clock import UNMEASURED, VehicleClock
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
-
-
-@dataclass(frozen=True, slots=True)
-class OffboardTracker:
-    """Tracks offboard control. Entering it commands a pause; leaving to Hold commands again, the dead-man timer does
-    not.
-
-    `had_it`: the vehicle was in offboard control since the last command. `mode` is the mode of the last observation.
-    """
-
-    had_it: bool = False
-    mode: FlightMode | None = None
-
-    def commanded(self) -> OffboardTracker:
-        """A user commands something now: what comes of it is as commanded, also before the vehicle has obeyed."""
-        return OffboardTracker(False, self.mode)
-
-    def seen(self, mode: FlightMode | None) -> OffboardTracker:
-        """After an observation of a connected vehicle."""
-        had_it = self.had_it
-        if mode is FlightMode.OFFBOARD and self.mode is not FlightMode.OFFBOARD:
-            had_it = True
-        elif mode not in (FlightMode.OFFBOARD, FlightMode.HOLD, None):
-            had_it = False
-        return OffboardTracker(had_it, mode)
-
 
 # Records start and end of each item of a flight, on the vehicle's clock, as events of the run.
 
@@ -170,56 +145,6 @@ _MODES_OF_A_START: Final = frozenset({FlightMode.HOLD, FlightMode.MISSION, Fligh
 """In any other, somebody else has it."""
 LOST_AFTER_S: Final = 900.0
 DEFAULT_MAX_OFFSET_M: Final = 3.0
-
-
-@dataclass(frozen=True, slots=True)
-class LinkTracker:
-    """When messages from the vehicle were received, in monotonic seconds of the service.
-
-    `last_heard_s`: the last one. `connected_since_s`: start of the current connection without a gap; None while the
-    vehicle is silent. `first_heard_s`: the first one in this flight. `was_away`: the vehicle may have flown on
-    unobserved. `rebooted`: its clock restarted.
-    """
-
-    last_heard_s: float
-    connected_since_s: float | None = None
-    first_heard_s: float | None = None
-    was_away: bool = False
-    rebooted: bool = False
-
-    def connected(self, now_s: float) -> LinkTracker:
-        """The vehicle is connected. The first time it counts as having been so for ever."""
-        since_s = self.connected_since_s
-        if since_s is None:
-            since_s = -math.inf if self.first_heard_s is None else now_s
-        first_s = now_s if self.first_heard_s is None else self.first_heard_s
-        return replace(self, last_heard_s=now_s, connected_since_s=since_s, first_heard_s=first_s)
-
-    def heard_s(self, now_s: float) -> float:
-        """For how long this flight has heard of it."""
-        return 0.0 if self.first_heard_s is None else now_s - self.first_heard_s
-
-    @property
-    def is_just_back(self) -> bool:
-        """Whether it was lost until now: what the vehicle repeats every second may be from before."""
-        return self.connected_since_s is not None and self.last_heard_s - self.connected_since_s <= SETTLED_S
-
-    def silent(self, *, was_airborne: bool) -> LinkTracker:
-        """It is not. One in the air may fly on to its end, unseen."""
-        return replace(self, connected_since_s=None, was_away=was_airborne)
-
-
-@dataclass(frozen=True, slots=True)
-class CommandTracker:
-    """Commands of users and of the plan that are pending.
-
-    `pending` is the command that is being sent; `obeyed` the one that the vehicle was observed to follow. `moving_on`
-    counts unanswered commands that make another item current.
-    """
-
-    pending: RunAction | None = None
-    obeyed: RunAction | None = None
-    moving_on: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any, Final
 
-from app.domain.events.run import RunChanged, RunItem, RunTargetNotFollowed
+from app.domain.events.run import RunChanged, RunTargetNotFollowed
 from app.domain.flight import inputs
 from app.domain.flight.change import (
     change_arrived,
@@ -21,15 +21,16 @@ from app.domain.flight.embedded_release import EmbeddedRelease
 from app.domain.flight.flight import Flight
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import FlightEffect, FlightInput, Observation
+from app.domain.flight.on_mission import OBEYED_IN, STAYS_ON_MISSION, follow_mission, item_reached, item_shown
 from app.domain.flight.phase import PhaseFacts, final_state, is_airborne, is_landing_unsure, phase_of, reason_left_open
 from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
 from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import HOLDS, NEXT, NOT_STARTED, RunAction, RunState
+from app.domain.run.run import NEXT, NOT_STARTED, RunAction, RunState
 from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.link_security import weaker
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, mission_is_sure
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
 UNFINISHED_DROPS_S: Final = 5.0
 """After a landing: maximum time for the answer to a release in progress."""
@@ -42,18 +43,6 @@ LAST_REPORTS_S: Final = 2.5
 
 DISARMED_WITHIN_S: Final = 15.0
 """A run whose vehicle is left armed waits so long for its disarming, and then ends without. All attempts take less."""
-
-STAYS_ON_MISSION: Final = frozenset({None, *HOLDS, RunAction.RESUME, RunAction.REFUSED})
-"""What may be commanded with the mission still being flown to its end."""
-
-OBEYED_IN: Final[dict[RunAction | None, FlightMode]] = {
-    **dict.fromkeys(HOLDS, FlightMode.HOLD),
-    RunAction.REFUSED: FlightMode.HOLD,
-    RunAction.RETURN: FlightMode.RETURN,
-    RunAction.CONTINGENCY: FlightMode.RETURN,
-    RunAction.LAND: FlightMode.LAND,
-}
-"""The mode in which a vehicle carries out each command."""
 
 
 def step(flight: Flight, given: FlightInput) -> tuple[Flight, tuple[FlightEffect, ...]]:
@@ -92,7 +81,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
         was_armed=flight.was_armed or bool(state.armed) or flight.link.heard_s(now_s) > SLOWEST_HEARTBEAT_S,
     )
     flight = flight.having_taken_off(observed).having_landed(state).having_driven(state)
-    flight = _time_items(_observe_drops(_follow_mission(flight, observed), observed), observed)
+    flight = _time_items(_observe_drops(follow_mission(flight, observed), observed), observed)
     return _follow_target(_follow_phase(flight, observed), observed)
 
 
@@ -114,34 +103,14 @@ def _fact_received(flight: Flight, given: inputs.FactReceived) -> Flight:
     observed, fact = given.observed, given.fact
     match fact:
         case ItemReached():
-            return flight if flight.is_changing else _reached(flight, observed, fact)  # of which mission is unknown
+            return flight if flight.is_changing else item_reached(flight, observed, fact)  # of which mission is unknown
         case MissionCurrent():
             ours = fact.mission_id == flight.run.mission_id and not flight.is_changing
-            return _shown(flight, observed, fact.seq, fact.mode) if ours else flight
+            return item_shown(flight, observed, fact.seq, fact.mode) if ours else flight
         case Rebooted():
             return replace(flight, link=replace(flight.link, rebooted=True))
         case ClockRateSet():
             return replace(flight, clock=flight.clock.set_to(fact.rate))
-
-
-def _reached(flight: Flight, observed: Observation, fact: ItemReached) -> Flight:
-    mode = fact.mode or observed.state.mode
-    if mode is not FlightMode.MISSION and fact.seq != flight.progress.last_seq:
-        return flight
-    if flight.segment.mission.is_return(fact.seq):
-        flight = flight.flying_to(observed, flight.progress.begun(fact.seq))
-    else:
-        item_id = flight.progress.plan_item_of.get(fact.seq)
-        flight = flight.recording(RunItem(seq=fact.seq, phase="reached", item_id=item_id))
-    return flight.with_progress(observed, flight.progress.reached(fact.seq))
-
-
-def _shown(flight: Flight, observed: Observation, seq: int, mode: FlightMode | None) -> Flight:
-    """Handle MISSION_CURRENT. The mode of a return distinguishes it from its item, and may arrive first."""
-    returns = mode is FlightMode.RETURN and flight.was_airborne and flight.segment.mission.is_return(seq)
-    if flight.flies_mission_in(mode) or returns:
-        return flight.flying_to(observed, flight.progress.now_current(seq))
-    return flight
 
 
 # Before the flight, and after a restart of the service.
@@ -309,43 +278,7 @@ def _with_target(
     return flight if effect is None else flight.recording(effect)
 
 
-# The mission's progress, the items' times, and the phase.
-
-
-def _follow_mission(flight: Flight, observed: Observation) -> Flight:
-    state, run = observed.state, flight.run
-    flew_unseen = not flight.mode.has_returned and flight.progress.is_behind(state, run.mission_id)
-    names_ours = state.mission_id == run.mission_id
-    if state.mission_seq is not None and (flight.flies_mission_in(state.mode) or flew_unseen):
-        was_away = flight.link.was_away and state.mode is not FlightMode.MISSION
-        flight = replace(flight, link=replace(flight.link, was_away=was_away))
-        flight = flight.flying_to(observed, flight.progress.now_current(state.mission_seq))
-    elif state.mission_seq is not None and names_ours:
-        flight = _shown(flight, observed, state.mission_seq, state.mode)
-    progress = flight.progress
-    near_end = progress.current == progress.last_seq or progress.is_complete or (flight.link.was_away and names_ours)
-    flight = _settle_command(replace(flight, completion=flight.completion.seen(state)), observed)
-    on_mission = flight.run.commanded in STAYS_ON_MISSION
-    is_sure = mission_is_sure(state)
-    if near_end and on_mission and is_sure and flight.completion.is_done(state, last_seq=progress.last_seq):
-        flight = flight.with_progress(observed, flight.progress.completed())
-    if flight.progress.is_complete and on_mission:
-        return replace(flight, mission_done=True)
-    was_returning = flight.segment.mission.ends_with_return and names_ours and not flight.progress.is_complete
-    flies_anew = was_returning and state.mode is FlightMode.MISSION and state.landed is LandedState.IN_AIR
-    return replace(flight, mission_done=False) if flies_anew else flight
-
-
-def _settle_command(flight: Flight, observed: Observation) -> Flight:
-    """A command explains one mode change: if the vehicle then resumes its mission, somebody else commanded it."""
-    commanded, state = flight.run.commanded, observed.state
-    obeyed = commanded if state.mode is OBEYED_IN.get(commanded) else flight.command.obeyed
-    in_air = state.landed is not LandedState.ON_GROUND and flight.mode.is_settled(observed.now_s)
-    goes_on = obeyed == commanded and in_air  # PX4 may be in Mission for a moment as it lands
-    is_resumed = commanded is RunAction.RESUME and state.mode is FlightMode.RETURN and flight.is_in_final_return
-    if is_resumed or (commanded and state.mode is FlightMode.MISSION and (commanded is RunAction.RESUME or goes_on)):
-        flight = flight.with_run(observed, commanded=None)
-    return replace(flight, command=replace(flight.command, obeyed=obeyed if flight.run.commanded else None))
+# The items' times, and the phase.
 
 
 def _time_items(flight: Flight, observed: Observation) -> Flight:
