@@ -196,6 +196,7 @@ class ReasonCode(StrEnum):
     IN_FAILSAFE = "drop.in_failsafe", "the vehicle is in a failsafe"
     NOT_ARMED = "drop.not_armed", "the vehicle is not armed"
     WRONG_MODE = "drop.wrong_mode", "the vehicle is in {mode} mode"
+    OTHER_MISSION = "drop.other_mission", "the mission on board is not the run's"
     NOT_CURRENT = "drop.not_current", "the drop item is not current"
     POSITION_OLD = "drop.position_old", "the position is too old"
     TOO_FAR = "drop.too_far", "the vehicle is more than {max_offset_m:g} m from the drop point"

@@ -32,8 +32,8 @@ class DropObservation:
     `boot_s` is the vehicle's clock at its newest position, `clock_rate` its rate relative to the service's clock (1 on
     a real vehicle). `offset_m` is the horizontal distance from the drop point. `target` is None without a report, or
     without a moving target. `mode_is_commanded`: `mode` was commanded, and the vehicle still reports Mission mode.
-    `mission_is_sure`: more than one MISSION_CURRENT agrees. `link_is_open`: anybody who can reach the vehicle's link
-    may have sent the messages.
+    `mission_is_sure`: more than one MISSION_CURRENT agrees. `mission_is_ours`: it names no other one. `link_is_open`:
+    anybody who can reach the vehicle's link may have sent the messages.
     """
 
     now_s: float
@@ -53,6 +53,7 @@ class DropObservation:
     target: TargetObservation | None = None
     mode_is_commanded: bool = False
     mission_is_sure: bool = True
+    mission_is_ours: bool = True
     link_is_open: bool = False
 
     @property

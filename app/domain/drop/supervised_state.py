@@ -61,6 +61,8 @@ def _link_reason(seen: DropObservation, terms: DropTerms) -> Reason | None:
         return Reason.of(ReasonCode.IN_FAILSAFE)
     if seen.armed is not True:
         return Reason.of(ReasonCode.NOT_ARMED)
+    if not seen.mission_is_ours:
+        return Reason.of(ReasonCode.OTHER_MISSION)
     if seen.mode is not FlightMode.MISSION:
         return Reason.of(ReasonCode.WRONG_MODE, mode=seen.mode.value if seen.mode else "an unknown")
     if seen.mission_seq not in terms.hold_seqs:

@@ -68,6 +68,7 @@ class EmbeddedRelease:
             return self, ()
         state = seen.state
         has_gripper = self.compiled.command is MavCmd.DO_GRIPPER
+        at_item = self.gripper.is_at_item(progress) and not seen.carries_other
         drop = self.drop.saw(
             EmbeddedObservation(
                 now_s=seen.now_s,
@@ -76,7 +77,7 @@ class EmbeddedRelease:
                 settled=self.gripper.has_settled(progress),
                 output_us=state.gripper_output_us if has_gripper else None,
                 output_age_s=state.gripper_output_age_s if has_gripper else None,
-                at_item=self.gripper.is_at_item(progress),
+                at_item=at_item,
                 earlier_passed=self.gripper.has_earlier_passed(progress),
                 regrabbed=self.gripper.is_regrabbed(progress),
                 reopened=self.gripper.is_reopened(progress),
@@ -86,17 +87,17 @@ class EmbeddedRelease:
         )
         record = with_output(self.record, self.compiled, state)
         opens = has_gripper and state.gripper_output_newest_us == GRIPPER_OPEN_US
-        is_its_own = drop.was_closed and self.gripper.is_at_item(progress)
+        is_its_own = drop.was_closed and at_item
         after = replace(self, drop=drop, state=state, record=record)._placed(seen, has_sign=opens and is_its_own)
         if drop.finish is None:
             return after, ()
         after = after._finished(seen, drop.finish, has_gripper=has_gripper)
-        failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, state)
+        failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, seen)
         return after, (failure,) if failure else ()
 
     def left_unseen(self, *, was_away: bool) -> EmbeddedRelease:
-        """The flight ends unobserved, after a gap (`was_away`) or so suddenly that the last item is not told."""
-        may_have_passed = was_away or self.drop.was_at_item
+        """The flight, or its mission, ends unobserved: after a gap (`was_away`), or before its last item is told."""
+        may_have_passed = self.drop.may_have_passed or was_away or self.drop.was_at_item
         return replace(self, drop=replace(self.drop, may_have_passed=may_have_passed))
 
     def ended(self, reason: Reason, now_s: float) -> EmbeddedRelease:

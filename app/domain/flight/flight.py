@@ -26,12 +26,12 @@ from app.domain.flight.phase import STOPPED_M_S, is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
-from app.domain.flight.trackers import CommandTracker, LinkTracker, OffboardTracker
+from app.domain.flight.trackers import CommandTracker, LinkTracker, OffboardTracker, OtherMissionTracker
 from app.domain.mission import Mission
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import LastPosition, Run, RunState
 from app.domain.vehicle.clock import UNMEASURED, VehicleClock
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType, names_other_mission
 
 # Records start and end of each item of a flight, on the vehicle's clock, as events of the run.
 
@@ -173,6 +173,7 @@ class Flight:
     clock: VehicleClock = UNMEASURED
     command: CommandTracker = field(default_factory=CommandTracker)
     target: TargetTracker = field(default_factory=TargetTracker)
+    other_mission: OtherMissionTracker = field(default_factory=OtherMissionTracker)
     change: PendingChange | None = None
     skip_to: int = 0
     mission_done: bool = False
@@ -206,6 +207,10 @@ class Flight:
     def is_changing(self) -> bool:
         """Whether it is unknown which of two missions the vehicle flies."""
         return self.change is not None and self.change.is_open
+
+    def names_other(self, state: VehicleState) -> bool:
+        """Whether another client has replaced the mission: nothing of it counts, and nothing is sent into it."""
+        return not self.is_changing and names_other_mission(state, self.run.mission_id)
 
     def flies_mission_in(self, mode: FlightMode | None) -> bool:
         """Whether MISSION_CURRENT is of the mission: a return that was commanded may show in it before its mode."""
@@ -335,6 +340,7 @@ class Flight:
             self.clock.is_measured,
             self.run.commanded,
             is_changing=self.is_changing,
+            carries_other=self.names_other(observed.state),
             targets=observed.targets,
         )
 

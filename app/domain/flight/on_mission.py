@@ -8,6 +8,7 @@ from typing import Final
 from app.domain.events.run import RunItem
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import Observation
+from app.domain.flight.progress import MissionCompleteDetector
 from app.domain.run.run import HOLDS, RunAction
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode, LandedState, mission_is_sure
@@ -27,6 +28,8 @@ OBEYED_IN: Final[dict[RunAction | None, FlightMode]] = {
 
 def item_reached(flight: Flight, observed: Observation, fact: ItemReached) -> Flight:
     mode = fact.mode or observed.state.mode
+    if flight.names_other(observed.state):
+        return flight
     if mode is not FlightMode.MISSION and fact.seq != flight.progress.last_seq:
         return flight
     if flight.segment.mission.is_return(fact.seq):
@@ -47,6 +50,8 @@ def item_shown(flight: Flight, observed: Observation, seq: int, mode: FlightMode
 
 def follow_mission(flight: Flight, observed: Observation) -> Flight:
     state, run = observed.state, flight.run
+    if flight.names_other(state):
+        return _settle_command(replace(flight, completion=MissionCompleteDetector()), observed)
     flew_unseen = not flight.mode.has_returned and flight.progress.is_behind(state, run.mission_id)
     names_ours = state.mission_id == run.mission_id
     if state.mission_seq is not None and (flight.flies_mission_in(state.mode) or flew_unseen):

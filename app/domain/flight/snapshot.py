@@ -25,7 +25,8 @@ class VehicleSnapshot:
     """The vehicle's state, both clocks of the service, and the rate of the vehicle's clock.
 
     `clock_rate` is 1 until it is measured, about a second after the first position. `commanded`: see Run.
-    `is_changing`: another mission is being transferred or may be on board. `targets`: the moving targets of the drops,
+    `is_changing`: another mission is being transferred or may be on board. `carries_other`: another client has replaced
+    the mission. `targets`: the moving targets of the drops,
     by feed.
     """
 
@@ -36,6 +37,7 @@ class VehicleSnapshot:
     rate_is_measured: bool = True
     commanded: RunAction | None = None
     is_changing: bool = False
+    carries_other: bool = False
     targets: Mapping[str, TargetFix] = field(default_factory=dict)
 
     @property
@@ -43,7 +45,7 @@ class VehicleSnapshot:
         """A commanded mode counts from the command on. Nothing is released while the vehicle still obeys, nor while it
         is not known which mission it flies.
         """
-        if self.is_changing and self.state.mode is FlightMode.MISSION:
+        if (self.is_changing or self.carries_other) and self.state.mode is FlightMode.MISSION:
             return FlightMode.HOLD
         if self.commanded is None or self.state.mode is not FlightMode.MISSION:
             return self.state.mode
@@ -148,13 +150,14 @@ def is_order(commanded: RunAction | None) -> bool:
     return commanded in _MODE_OF
 
 
-def contingency_command(record: DropRecord, on_failure: str, state: VehicleState) -> ContingencyCommand | None:
+def contingency_command(record: DropRecord, on_failure: str, seen: VehicleSnapshot) -> ContingencyCommand | None:
     """Return the contingency of a drop that ended otherwise than released; None if the mission continues.
 
-    Nothing is commanded if somebody else changed the mode or the link is lost.
+    Nothing is commanded if somebody else changed the mode or the mission, or the link is lost.
     """
     failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
-    commandable = state.connected and state.mode is FlightMode.MISSION
+    is_heard = seen.state.connected and not seen.carries_other
+    commandable = is_heard and seen.state.mode is FlightMode.MISSION
     if not failed or not commandable or on_failure == "continue":
         return None
     return ContingencyCommand(on_failure, record.plan_item_id)

@@ -71,6 +71,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
         flight = settle_change(flight, flight.change, observed)
     flight = flight.with_run(observed, link_security=weaker(flight.run.link_security, state.link_security))
     flight = replace(flight, link=flight.link.connected(now_s))
+    flight = _compare_mission(flight, observed)
     if flight.link.rebooted:
         flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
         return _end(flight, observed, RunState.FAILED, Reason.of(ReasonCode.REBOOTED))
@@ -83,6 +84,14 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
     flight = flight.having_taken_off(observed).having_landed(state).having_driven(state)
     flight = _time_items(_observe_drops(follow_mission(flight, observed), observed), observed)
     return _follow_target(_follow_phase(flight, observed), observed)
+
+
+def _compare_mission(flight: Flight, observed: Observation) -> Flight:
+    """After another client has replaced the mission it is not told which item was executed last."""
+    other = flight.other_mission.seen(is_other=flight.names_other(observed.state), now_s=observed.now_s)
+    if other.is_settled(observed.now_s):
+        flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
+    return replace(flight, other_mission=other)
 
 
 def _silent(flight: Flight, observed: Observation) -> Flight:
@@ -255,7 +264,7 @@ def _seen_near(flight: Flight, observed: Observation) -> Flight:
 
 
 def _follow_target(flight: Flight, observed: Observation) -> Flight:
-    if flight.run.is_over:
+    if flight.run.is_over or flight.names_other(observed.state):
         return flight
     rate, offset = flight.clock.sure_rate, flight.default_max_offset_m
     target, effect = flight.target.follow(flight.run, flight.segment, observed, rate, offset)
@@ -282,7 +291,8 @@ def _with_target(
 
 
 def _time_items(flight: Flight, observed: Observation) -> Flight:
-    paused = flight.run.state is RunState.PAUSED and observed.state.mode is not FlightMode.MISSION
+    is_off = observed.state.mode is not FlightMode.MISSION or flight.names_other(observed.state)
+    paused = flight.run.state is RunState.PAUSED and is_off
     item_clock, ended = flight.item_clock.observe(
         flight.snapshot(observed),
         flight.progress,
@@ -360,6 +370,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         returns_at_end=flight.segment.mission.ends_with_return,
         rally_point=None if run.rally is None else run.rally.index + 1,
         is_left_at_start=flight.is_left_at_start,
+        carries_other=flight.other_mission.is_settled(now_s),
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )
 

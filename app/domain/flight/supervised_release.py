@@ -192,6 +192,7 @@ class SupervisedRelease:
             gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
             target=self._target(seen),
             mode_is_commanded=seen.mode_for_drops is not state.mode,
+            mission_is_ours=not seen.carries_other,
             mission_is_sure=mission_is_sure(state),
             link_is_open=state.link_security is LinkSecurity.OPEN,
         )
@@ -270,7 +271,7 @@ class SupervisedRelease:
         if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
             # the contingency of a failure applies to the alternate then
             return (DivertCommand(self.record.plan_item_id, diverted.seq),)
-        if failure := contingency_command(self.record, self.on_failure, seen.state):
+        if failure := contingency_command(self.record, self.on_failure, seen):
             return (failure,)  # instead of moving on
         sends = [ReleaseCommand(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
         resumes = [ResumeCommand(self.record.plan_item_id, e.seq) for e in effects if isinstance(e, Resume)]

@@ -83,3 +83,20 @@ class CommandTracker:
     pending: RunAction | None = None
     obeyed: RunAction | None = None
     moving_on: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class OtherMissionTracker:
+    """`since_s`: since when the vehicle names another mission than the run's; None: it does not."""
+
+    since_s: float | None = None
+
+    def seen(self, *, is_other: bool, now_s: float) -> OtherMissionTracker:
+        """After an observation of a connected vehicle."""
+        if not is_other:
+            return OtherMissionTracker()
+        return self if self.since_s is not None else OtherMissionTracker(now_s)
+
+    def is_settled(self, now_s: float) -> bool:
+        """Whether it is no late message: after an upload MISSION_CURRENT may name the mission before."""
+        return self.since_s is not None and now_s - self.since_s > SETTLED_S

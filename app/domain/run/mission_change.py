@@ -21,6 +21,7 @@ from app.domain.vehicle.state import (
     VehicleState,
     VehicleType,
     VtolState,
+    names_other_mission,
 )
 
 FRESH_POSITION_S: Final = 2.0
@@ -98,6 +99,11 @@ class ChangeTerms:
     def _refuse_unseen(self) -> None:
         """It may have made a drop while unobserved; continuing with the last observed item would repeat it."""
         seq = self.state.mission_seq
+        if names_other_mission(self.state, self.run.mission_id):
+            raise ConflictError(
+                "another mission is on board: another client uploaded it",
+                hint="return or land; a continuation of the run flies the rest",
+            )
         if not self.item_is_fresh or (seq is not None and seq != (self.current or 0)):
             raise ConflictError(
                 "it is not known yet how far the vehicle flew on unseen", hint="order it again in a few seconds"

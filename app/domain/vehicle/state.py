@@ -286,6 +286,11 @@ def mission_is_sure(state: VehicleState) -> bool:
     return state.durations is None or state.durations.mission_current_s >= MISSION_SURE_S
 
 
+def names_other_mission(state: VehicleState, mission_id: int | None) -> bool:
+    """Whether the vehicle names another mission than this one. Some firmware names none."""
+    return None not in (state.mission_id, mission_id) and state.mission_id != mission_id
+
+
 class FlightRegime(StrEnum):
     """What carries the vehicle: this decides whether it can stop."""
 

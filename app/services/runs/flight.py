@@ -316,6 +316,11 @@ class RunFlight:
             if returns:
                 await self.sender.home_return.order()
                 return
+            if self._monitor.flight.names_other(now):
+                raise ConflictError(
+                    "another mission is on board: another client uploaded it",
+                    hint="return or land; a continuation of the run flies the rest",
+                )
             await self._make_current(self._monitor.flight.resumes_at)
             await self._link.start_mission()
 

@@ -10,14 +10,15 @@ import pytest
 from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import DropOutcome
 from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
-from app.domain.flight.inputs import FactReceived, Observation, Observed
+from app.domain.flight.inputs import FactReceived, Observation, Observed, RunEnded
 from app.domain.flight.segment import drop_records, segment_of
 from app.domain.flight.snapshot import ContingencyCommand
 from app.domain.flight.step import step
 from app.domain.mission import Mission
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.compiler import compile_plan
-from app.domain.reasons import ReasonCode
+from app.domain.reasons import Reason, ReasonCode
+from app.domain.run.run import RunState
 from app.domain.vehicle.facts import MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, VehicleType
 from tests.support.flown_flights import BEGAN_S, MISSION_ID, Flown, a_run
@@ -48,15 +49,31 @@ def after(seen: Observation, seconds: float, *, connected: bool) -> Observation:
     return replace(seen, state=state, now_s=seen.now_s + seconds)
 
 
-@pytest.mark.parametrize(
-    ("seq", "is_silent_before", "outcome"),
-    [
-        (FAR, False, DropOutcome.KEPT),
-        (APPROACH, False, DropOutcome.UNKNOWN),
-        (DROP.release_seq, False, DropOutcome.UNKNOWN),
-        (FAR, True, DropOutcome.UNKNOWN),
-    ],
-)
+WHERE = [
+    (FAR, False, DropOutcome.KEPT),
+    (APPROACH, False, DropOutcome.UNKNOWN),
+    (DROP.release_seq, False, DropOutcome.UNKNOWN),
+    (FAR, True, DropOutcome.UNKNOWN),
+]
+
+
+@pytest.mark.parametrize(("seq", "is_silent_before", "outcome"), WHERE)
+def test_a_mission_that_another_client_replaced_keeps_the_parcel_only_if_its_item_was_certainly_ahead(
+    seq: int, is_silent_before: bool, outcome: DropOutcome
+) -> None:
+    flight, seen = flown_to(seq)
+    if is_silent_before:
+        seen = after(seen, 1.0, connected=False)
+        flight, _ = step(flight, Observed(seen))
+    other = replace(seen, state=replace(seen.state, mission_id=MISSION_ID + 1, mission_seq=seq + 1))
+    for later_s in (1.0, 3.0, 5.0):
+        flight, _ = step(flight, Observed(after(other, later_s, connected=True)))
+    failed = RunEnded(after(other, 6.0, connected=True), RunState.FAILED, Reason.of(ReasonCode.OTHER_MISSION_ON_BOARD))
+    flight, _ = step(flight, failed)
+    assert flight.run.drop(DROP.plan_item_id).outcome is outcome
+
+
+@pytest.mark.parametrize(("seq", "is_silent_before", "outcome"), WHERE)
 def test_a_reboot_keeps_the_parcel_only_if_its_item_was_certainly_ahead(
     seq: int, is_silent_before: bool, outcome: DropOutcome
 ) -> None:
