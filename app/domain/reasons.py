@@ -199,6 +199,7 @@ class ReasonCode(StrEnum):
     OTHER_MISSION = "drop.other_mission", "the mission on board is not the run's"
     NOT_CURRENT = "drop.not_current", "the drop item is not current"
     POSITION_OLD = "drop.position_old", "the position is too old"
+    NO_GNSS = "drop.no_gnss", "the vehicle has no 3D GNSS fix, so its position is an estimate"
     TOO_FAR = "drop.too_far", "the vehicle is more than {max_offset_m:g} m from the drop point"
     TOO_FAST = "drop.too_fast", "the vehicle is faster than {max_ground_speed_m_s:g} m/s"
     NOT_ON_GROUND = "drop.not_on_ground", "the vehicle is not on the ground"

@@ -24,7 +24,7 @@ from app.domain.drop.supervised_state import DropMachine
 from app.domain.mission import MavCmd
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandAck, MavResult
-from app.domain.vehicle.state import FlightMode, LandedState
+from app.domain.vehicle.state import FlightMode, GnssFix, LandedState
 
 LANDED = Reason.of(ReasonCode.ENDED_EARLY)
 
@@ -48,6 +48,7 @@ class Flight:
     connected: bool = True
     consented: bool = False
     position_frozen_at_s: float | None = None
+    gnss_fix: GnssFix | None = None
     machine: DropMachine = field(init=False)
     effects: list[DropEffect] = field(default_factory=list)
     sends_s: list[float] = field(default_factory=list)
@@ -105,6 +106,7 @@ class Flight:
             offset_m=self.offset_m,
             ground_speed_m_s=5.0 if self.moving else 0.05,
             position_age_s=self.now_s - seen_at_s,
+            gnss_fix=self.gnss_fix,
             gripper_output_us=(1000 if self.gripper_open else 2000) if self.knows_output else None,
             gripper_output_age_s=0.05 if self.knows_output and self.connected else (9.0 if self.knows_output else None),
             link_is_open=self.link_is_open,

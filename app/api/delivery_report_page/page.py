@@ -310,7 +310,10 @@ def _consent(consent: ConsentRecord | None) -> str | None:
 
 
 def _position(last: LastPosition | None) -> str | None:
-    return None if last is None else f"{_place(last.latitude_deg, last.longitude_deg)}, at {shown_time(last.at)}"
+    if last is None:
+        return None
+    estimated = " (estimated, without a GNSS fix)" if last.is_estimated else ""
+    return f"{_place(last.latitude_deg, last.longitude_deg)}{estimated}, at {shown_time(last.at)}"
 
 
 def _words(value: str | None) -> str:

@@ -11,7 +11,7 @@ from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.reasons import Reason
 from app.domain.targets import STALE_S
 from app.domain.vehicle.commands import CommandAck
-from app.domain.vehicle.state import FlightMode, LandedState
+from app.domain.vehicle.state import FlightMode, GnssFix, LandedState
 
 OUTPUT_FRESH_S: Final = 2.0
 
@@ -48,6 +48,7 @@ class DropObservation:
     offset_m: float | None
     ground_speed_m_s: float | None
     position_age_s: float | None
+    gnss_fix: GnssFix | None = None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
     target: TargetObservation | None = None

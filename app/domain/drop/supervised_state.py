@@ -18,7 +18,7 @@ from app.domain.drop.supervised_inputs import (
     output_of,
 )
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.vehicle.state import FlightMode, LandedState
+from app.domain.vehicle.state import WITHOUT_FIX, FlightMode, LandedState
 
 # Conditions of a release, checked again before each attempt.
 
@@ -69,6 +69,8 @@ def _link_reason(seen: DropObservation, terms: DropTerms) -> Reason | None:
         return Reason.of(ReasonCode.NOT_CURRENT)
     if seen.position_age_s is None or seen.position_age_s > terms.max_position_age_s:
         return Reason.of(ReasonCode.POSITION_OLD)
+    if seen.gnss_fix in WITHOUT_FIX:
+        return Reason.of(ReasonCode.NO_GNSS)
     return None
 
 

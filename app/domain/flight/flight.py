@@ -31,7 +31,14 @@ from app.domain.mission import Mission
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import LastPosition, Run, RunState
 from app.domain.vehicle.clock import UNMEASURED, VehicleClock
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType, names_other_mission
+from app.domain.vehicle.state import (
+    WITHOUT_FIX,
+    FlightMode,
+    LandedState,
+    VehicleState,
+    VehicleType,
+    names_other_mission,
+)
 
 # Records start and end of each item of a flight, on the vehicle's clock, as events of the run.
 
@@ -424,4 +431,6 @@ def _last_position(observed: Observation) -> LastPosition | None:
     if state.latitude_deg is None or state.longitude_deg is None or state.position_age_s is None:
         return None
     at = observed.time_s - state.position_age_s
-    return LastPosition(latitude_deg=state.latitude_deg, longitude_deg=state.longitude_deg, at=at)
+    is_estimated = state.gnss_fix in WITHOUT_FIX
+    place = {"latitude_deg": state.latitude_deg, "longitude_deg": state.longitude_deg}
+    return LastPosition(**place, at=at, is_estimated=is_estimated)

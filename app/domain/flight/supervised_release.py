@@ -188,6 +188,7 @@ class SupervisedRelease:
             offset_m=offset_m(state, self.compiled),
             ground_speed_m_s=state.ground_speed_m_s,
             position_age_s=state.position_age_s,
+            gnss_fix=state.gnss_fix,
             gripper_output_us=state.gripper_output_us if has_gripper else None,
             gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
             target=self._target(seen),

@@ -97,11 +97,15 @@ class PlanChange(FrozenForm):
 
 
 class LastPosition(FrozenForm):
-    """Where a vehicle was heard last, in degrees (GLOBAL_POSITION_INT), and when, in Unix seconds."""
+    """Where a vehicle was heard last, in degrees (GLOBAL_POSITION_INT), and when, in Unix seconds.
+
+    `is_estimated`: it had no 3D GNSS fix then, and may be elsewhere.
+    """
 
     latitude_deg: float
     longitude_deg: float
     at: float
+    is_estimated: bool = False
 
 
 class TakenOver(FrozenForm):

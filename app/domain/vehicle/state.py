@@ -123,6 +123,10 @@ class GnssFix(StrEnum):
     PPP = "ppp"
 
 
+WITHOUT_FIX: Final = frozenset({GnssFix.NO_GPS, GnssFix.NO_FIX, GnssFix.FIX_2D})
+"""With these the position is what the autopilot estimates: PX4 goes on with it for seconds."""
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class FirmwareVersion:
     """AUTOPILOT_VERSION.flight_sw_version, as three numbers."""

@@ -9,7 +9,7 @@ import pytest
 from app.domain.flight.inputs import Recovered
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import LastPosition, RunAction, RunState
-from app.domain.vehicle.state import FlightMode, LandedState
+from app.domain.vehicle.state import FlightMode, GnssFix, LandedState
 from tests.support.flown_flights import BEGAN_AT, BEGAN_S, a_flight, a_run
 from tests.support.told_flight import LAST_SEQ, Told
 
@@ -43,6 +43,17 @@ def test_a_lost_run_says_where_and_when_its_vehicle_was_heard() -> None:
     heard = told.run.last_position
     assert heard == LastPosition(**AWAY, at=heard.at if heard else 0.0)
     assert heard.at == pytest.approx(BEGAN_AT + heard_s - BEGAN_S, abs=1.5)
+
+
+@pytest.mark.parametrize(("fix", "is_estimated"), [(GnssFix.NO_GPS, True), (GnssFix.FIX_3D, False), (None, False)])
+def test_a_position_without_a_fix_is_an_estimate(fix: GnssFix | None, is_estimated: bool) -> None:
+    told = Told()
+    told.return_at_end()
+    told.see(3.0, mode=FlightMode.LAND, in_failsafe=True, gnss_fix=fix, **AWAY)
+    told.touch_down()
+    told.disarm(FlightMode.HOLD)
+    assert told.run.last_position is not None
+    assert told.run.last_position.is_estimated is is_estimated
 
 
 def test_a_run_whose_vehicle_sent_no_position_has_none() -> None:

@@ -181,7 +181,8 @@ function isToBeFetched({ state }: Run): boolean {
 function LastPosition({ heard }: { heard: NonNullable<Run["last_position"]> }) {
   return (
     <p class="run-place">
-      Last position {formatPosition(heard)} · {formatMoment(heard.at, today.value)}
+      Last position {formatPosition(heard)}
+      {heard.is_estimated && " (estimated, without a GNSS fix)"} · {formatMoment(heard.at, today.value)}
     </p>
   );
 }
