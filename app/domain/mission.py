@@ -228,6 +228,8 @@ class CompiledDrop:
     release. `hold_s` bounds the supervised wait, which ends without a command if the link dies. `consent_timeout_s`
     None: an operator has as long as the hold allows. `alternate` is the drop at the second position, and
     `alternate_seq` the item made current to go there; the vehicle then holds for `leave_s` longer than `hold_s`.
+    `relative_altitude_m` (above home) or `absolute_altitude_m` (AMSL) is where it hovers; both None on the ground, on
+    wheels and on the move.
     """
 
     plan_item_id: str
@@ -242,6 +244,8 @@ class CompiledDrop:
     longitude_deg: float
     hold_s: float
     acceptance_radius_m: float
+    relative_altitude_m: float | None = None
+    absolute_altitude_m: float | None = None
     landed: bool = False
     needs_consent: bool = False
     consent_timeout_s: float | None = None

@@ -201,6 +201,10 @@ class ReasonCode(StrEnum):
     POSITION_OLD = "drop.position_old", "the position is too old"
     NO_GNSS = "drop.no_gnss", "the vehicle has no 3D GNSS fix, so its position is an estimate"
     TOO_FAR = "drop.too_far", "the vehicle is more than {max_offset_m:g} m from the drop point"
+    WRONG_HEIGHT = (
+        "drop.wrong_height",
+        "the vehicle is more than {max_height_error_m:g} m above or below the altitude of the drop",
+    )
     TOO_FAST = "drop.too_fast", "the vehicle is faster than {max_ground_speed_m_s:g} m/s"
     NOT_ON_GROUND = "drop.not_on_ground", "the vehicle is not on the ground"
     HOLD_START_UNSEEN = "drop.hold_start_unseen", "the start of the hold was not observed, so its end is unknown"

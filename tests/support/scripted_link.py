@@ -17,7 +17,7 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.flight.modes import disarmed_meanwhile
-from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.vehicle.clock import VehicleClock
@@ -285,7 +285,9 @@ class ScriptedVehicle:
         yield CommandAck(request.command, int(MavResult.ACCEPTED))
 
     async def fly_to_hold(self, latitude_deg: float, longitude_deg: float, seq: int) -> None:
-        """Approach a hold item slowly enough to be seen outside its radius, then stop in it."""
+        """Approach a hold item slowly enough to be seen outside its radius, then stop in it, at its altitude."""
+        is_absolute = self.on_board[seq].frame is MavFrame.GLOBAL_INT
+        self.put(**{"absolute_altitude_m" if is_absolute else "relative_altitude_m": self.on_board[seq].z})
         self.put(
             mission_seq=seq, landed=LandedState.IN_AIR, latitude_deg=latitude_deg - 0.0001, longitude_deg=longitude_deg
         )

@@ -34,6 +34,7 @@ STATES = st.builds(
     in_failsafe=st.sampled_from([False, False, False, True]),
     latitude_deg=st.sampled_from([DROP.latitude_deg, DROP.latitude_deg, DROP.latitude_deg - 0.001, None]),
     longitude_deg=st.just(DROP.longitude_deg),
+    relative_altitude_m=st.sampled_from([15.0, 15.0, 15.0, 15.0, 30.0, None]),
     velocity_north_m_s=st.sampled_from([0.0, 0.0, 9.0, None]),
     velocity_east_m_s=st.just(0.0),
     position_age_s=st.sampled_from([0.1, 0.1, 9.0, None]),

@@ -49,6 +49,7 @@ class Flight:
     consented: bool = False
     position_frozen_at_s: float | None = None
     gnss_fix: GnssFix | None = None
+    height_error_m: float | None = None
     machine: DropMachine = field(init=False)
     effects: list[DropEffect] = field(default_factory=list)
     sends_s: list[float] = field(default_factory=list)
@@ -107,6 +108,7 @@ class Flight:
             ground_speed_m_s=5.0 if self.moving else 0.05,
             position_age_s=self.now_s - seen_at_s,
             gnss_fix=self.gnss_fix,
+            height_error_m=self.height_error_m,
             gripper_output_us=(1000 if self.gripper_open else 2000) if self.knows_output else None,
             gripper_output_age_s=0.05 if self.knows_output and self.connected else (9.0 if self.knows_output else None),
             link_is_open=self.link_is_open,

@@ -14,6 +14,8 @@ from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode, GnssFix, LandedState
 
 OUTPUT_FRESH_S: Final = 2.0
+MAX_HEIGHT_ERROR_M: Final = 3.0
+"""PX4 counts a multicopter's waypoint as reached within 0.8 m of its altitude (NAV_MC_ALT_RAD)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +33,10 @@ class DropObservation:
 
     `boot_s` is the vehicle's clock at its newest position, `clock_rate` its rate relative to the service's clock (1 on
     a real vehicle). `offset_m` is the horizontal distance from the drop point. `target` is None without a report, or
-    without a moving target. `mode_is_commanded`: `mode` was commanded, and the vehicle still reports Mission mode.
-    `mission_is_sure`: more than one MISSION_CURRENT agrees. `mission_is_ours`: it names no other one. `link_is_open`:
-    anybody who can reach the vehicle's link may have sent the messages.
+    without a moving target. `height_error_m`: how far it is above or below where it is to hover. `mode_is_commanded`:
+    `mode` was commanded, and the vehicle still reports Mission mode. `mission_is_sure`: more than one MISSION_CURRENT
+    agrees. `mission_is_ours`: it names no other one. `link_is_open`: anybody who can reach the vehicle's link may have
+    sent the messages.
     """
 
     now_s: float
@@ -49,6 +52,7 @@ class DropObservation:
     ground_speed_m_s: float | None
     position_age_s: float | None
     gnss_fix: GnssFix | None = None
+    height_error_m: float | None = None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
     target: TargetObservation | None = None
@@ -178,9 +182,9 @@ class DropTerms:
     `release_latency_s` is the maximum time from sending a release until it acts: event loop, link and servo. A release
     is sent only if that much hold time is left. `resume_s` is the maximum time of the command to advance the mission.
     `consent_timeout_s`: how long an operator may take to answer; None: as long as the hold allows.
-    `target_max_speed_m_s`: None without a moving target. `has_gripper`: PX4's gripper, whose output is observable, not
-    a winch. `alternate_seq` leads to the alternate, None if there is none; the vehicle waits `leave_s` longer than
-    `hold_s` for it, and nothing is released in that time.
+    `target_max_speed_m_s`: None without a moving target. `max_height_error_m`: None where it does not hover.
+    `has_gripper`: PX4's gripper, whose output is observable, not a winch. `alternate_seq` leads to the alternate, None
+    if there is none; the vehicle waits `leave_s` longer than `hold_s` for it, and nothing is released in that time.
     """
 
     hold_seqs: tuple[int, ...]
@@ -193,6 +197,7 @@ class DropTerms:
     needs_consent: bool = False
     consent_timeout_s: float | None = None
     target_max_speed_m_s: float | None = None
+    max_height_error_m: float | None = None
     max_target_age_s: float = STALE_S
     alternate_seq: int | None = None
     leave_s: float = 0.0
@@ -216,6 +221,7 @@ class DropTerms:
         others: OtherGripperItems | None = None,
     ) -> DropTerms:
         """Return the terms of a compiled drop. A rover or landed vehicle waits in NAV_DELAY, others in the waypoint."""
+        hovers = drop.relative_altitude_m is not None or drop.absolute_altitude_m is not None
         return cls(
             hold_seqs=drop.hold_seqs,
             resume_seq=drop.resume_seq,
@@ -227,6 +233,7 @@ class DropTerms:
             needs_consent=drop.needs_consent,
             consent_timeout_s=drop.consent_timeout_s,
             target_max_speed_m_s=target_max_speed_m_s,
+            max_height_error_m=MAX_HEIGHT_ERROR_M if hovers else None,
             alternate_seq=drop.alternate_seq,
             leave_s=drop.leave_s,
             others=others or OtherGripperItems(),

@@ -79,9 +79,15 @@ def _place_reason(seen: DropObservation, terms: DropTerms) -> Reason | None:
         return Reason.of(ReasonCode.TOO_FAR, max_offset_m=terms.max_offset_m)
     if seen.ground_speed_m_s is None or not seen.ground_speed_m_s <= terms.max_ground_speed_m_s:
         return Reason.of(ReasonCode.TOO_FAST, max_ground_speed_m_s=terms.max_ground_speed_m_s)
+    if terms.max_height_error_m is not None and not _is_at_height(seen, terms.max_height_error_m):
+        return Reason.of(ReasonCode.WRONG_HEIGHT, max_height_error_m=terms.max_height_error_m)
     if terms.landed and seen.landed is not LandedState.ON_GROUND:
         return Reason.of(ReasonCode.NOT_ON_GROUND)
     return None
+
+
+def _is_at_height(seen: DropObservation, max_error_m: float) -> bool:
+    return seen.height_error_m is not None and seen.height_error_m <= max_error_m
 
 
 def _target_reason(seen: DropObservation, terms: DropTerms) -> Reason | None:

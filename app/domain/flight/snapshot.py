@@ -59,6 +59,17 @@ def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
     return distance_m(state.latitude_deg, state.longitude_deg, compiled.latitude_deg, compiled.longitude_deg)
 
 
+def height_error_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
+    """Return how far the vehicle is above or below where it is to hover, in the plan's own frame; None if unknown."""
+    for is_m, planned_m in (
+        (state.relative_altitude_m, compiled.relative_altitude_m),
+        (state.absolute_altitude_m, compiled.absolute_altitude_m),
+    ):
+        if is_m is not None and planned_m is not None:
+            return abs(is_m - planned_m)
+    return None
+
+
 _MEASURED = (
     *("latitude_deg", "longitude_deg", "relative_altitude_m", "absolute_altitude_m", "heading_deg", "ground_speed_m_s"),
     *("landed", "gnss_fix", "gnss_satellites", "gnss_hdop", "battery_percent"),

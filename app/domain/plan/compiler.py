@@ -127,6 +127,8 @@ def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleProfile, ground_spe
         longitude_deg=place.longitude_deg,
         hold_s=bound_s(drop),
         acceptance_radius_m=radius_m,
+        relative_altitude_m=place.relative_altitude_m if stops_in_air else None,
+        absolute_altitude_m=place.absolute_altitude_m if stops_in_air else None,
         landed=drop.carried is FlightRegime.GROUND,
         needs_consent=drop.item.consent == "operator",
         consent_timeout_s=drop.item.consent_timeout_s,

@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.drop.record import DropOutcome
 from app.domain.flight.inputs import Recovered
+from app.domain.flight.snapshot import ReleaseCommand
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import LastPosition, RunAction, RunState
-from app.domain.vehicle.state import FlightMode, GnssFix, LandedState
-from tests.support.flown_flights import BEGAN_AT, BEGAN_S, a_flight, a_run
+from app.domain.vehicle.state import FlightMode, GnssFix, LandedState, VehicleState
+from tests.support.flown_flights import BEGAN_AT, BEGAN_S, Flown, a_flight, a_run
 from tests.support.told_flight import LAST_SEQ, Told
 
 AWAY = {"latitude_deg": 47.4, "longitude_deg": 8.55}
@@ -121,3 +123,19 @@ def test_a_vehicle_that_a_broken_start_left_armed_is_nobody_elses_and_has_not_fl
         RunState.FAILED,
         Reason.of(ReasonCode.DISARMED_BEFORE_TAKEOFF),
     )
+
+
+class TooHigh(Flown):
+    """It hovers 15 m above where it is to drop its parcel."""
+
+    @property
+    def state(self) -> VehicleState:
+        return replace(super().state, relative_altitude_m=30.0)
+
+
+def test_a_parcel_is_not_released_from_twice_the_planned_height() -> None:
+    flown = TooHigh()
+    run = flown.to_the_end()
+    assert not [one for one in flown.commands if isinstance(one, ReleaseCommand)]
+    assert run.drops[0].outcome is DropOutcome.KEPT
+    assert run.drops[0].reason == Reason.of(ReasonCode.WRONG_HEIGHT, max_height_error_m=3.0)

@@ -239,7 +239,8 @@ async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_v
 async def test_a_vehicle_heard_again_while_it_waits_at_the_alternate_drops_there(unheard: RunService) -> None:
     there = unheard.mission.drops[0].alternate
     assert there is not None
-    unheard.vehicle.put(connected=True, latitude_deg=there.latitude_deg, longitude_deg=there.longitude_deg)
+    place = {"latitude_deg": there.latitude_deg, "longitude_deg": there.longitude_deg}
+    unheard.vehicle.put(connected=True, relative_altitude_m=there.relative_altitude_m, **place)
     await unheard.until(lambda: _outcomes(unheard)[1] == ("locker", "released"), "it must be released there")
 
 

@@ -145,6 +145,7 @@ def asking_release() -> tuple[SupervisedRelease, Callable[[float], VehicleSnapsh
             position_age_s=0.0,
             latitude_deg=latitude_deg,
             longitude_deg=compiled.longitude_deg,
+            relative_altitude_m=compiled.relative_altitude_m,
             velocity_north_m_s=0.0,
             velocity_east_m_s=0.0,
         )

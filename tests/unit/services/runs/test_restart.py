@@ -56,10 +56,9 @@ async def test_after_a_restart_during_the_hold_its_end_is_counted_from_when_it_w
         service.vehicle.put(mission_seq=2, landed=LandedState.IN_AIR)
         await service.until(lambda: service.run.item_id == "clinic", "progress must show")
         drop = service.mission.drops[0]
-        await restarted(
-            service,
-            meanwhile=lambda: service.vehicle.put(latitude_deg=drop.latitude_deg, longitude_deg=drop.longitude_deg),
-        )
+        place = {"latitude_deg": drop.latitude_deg, "longitude_deg": drop.longitude_deg}
+        height = {"relative_altitude_m": drop.relative_altitude_m}
+        await restarted(service, meanwhile=lambda: service.vehicle.put(**place, **height))
         await service.until(lambda: service.drop.outcome is DropOutcome.RELEASED, "25 s of the hold are surely left")
         assert len(service.vehicle.releases) == 1
 

@@ -91,6 +91,7 @@ def acknowledged(compiled: CompiledDrop = DROP, **state: object) -> DropRecord:
         away_deg = 0.001 if tick < 20 else 0.0
         place = {"latitude_deg": compiled.latitude_deg + away_deg, "longitude_deg": compiled.longitude_deg}
         seen = {"connected": True, "armed": True, "mode": FlightMode.MISSION, "mission_seq": compiled.hold_seqs[0]}
+        place |= {"relative_altitude_m": compiled.relative_altitude_m}
         still = {"velocity_north_m_s": 0.0, "velocity_east_m_s": 0.0, "position_age_s": 0.1, "boot_time_s": now_s}
         flown = {"landed": LandedState.IN_AIR, **seen, **place, **still, **state}
         look = VehicleSnapshot(VehicleState(**flown), now_s, COMMANDED_AT_S + now_s, 1.0)  # type: ignore[arg-type]
