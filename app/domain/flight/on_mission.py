@@ -8,6 +8,7 @@ from typing import Final
 from app.domain.events.run import RunItem
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import Observation
+from app.domain.flight.landing import RETURNS
 from app.domain.flight.progress import MissionCompleteDetector
 from app.domain.run.run import HOLDS, RunAction
 from app.domain.vehicle.facts import ItemReached
@@ -28,9 +29,7 @@ OBEYED_IN: Final[dict[RunAction | None, FlightMode]] = {
 
 def item_reached(flight: Flight, observed: Observation, fact: ItemReached) -> Flight:
     mode = fact.mode or observed.state.mode
-    if flight.names_other(observed.state):
-        return flight
-    if mode is not FlightMode.MISSION and fact.seq != flight.progress.last_seq:
+    if flight.names_other(observed.state) or not _is_by_mission(flight, fact.seq, mode):
         return flight
     if flight.segment.mission.is_return(fact.seq):
         flight = flight.flying_to(observed, flight.progress.begun(fact.seq))
@@ -38,6 +37,19 @@ def item_reached(flight: Flight, observed: Observation, fact: ItemReached) -> Fl
         item_id = flight.progress.plan_item_of.get(fact.seq)
         flight = flight.recording(RunItem(seq=fact.seq, phase="reached", item_id=item_id))
     return flight.with_progress(observed, flight.progress.reached(fact.seq))
+
+
+def _is_by_mission(flight: Flight, seq: int, mode: FlightMode | None) -> bool:
+    """Whether the mission itself came to the item. Its last one may be told late, or be a return. With RTL_TYPE 1 to 4
+    any other return may fly along the items to the mission's landing, and PX4 says that it was reached, too.
+    """
+    if mode is FlightMode.MISSION:
+        return True
+    last_seq = flight.progress.last_seq
+    is_last, was_last = seq == last_seq, flight.progress.current == last_seq
+    has_returned = mode is FlightMode.RETURN or flight.mode.has_returned
+    is_other_return = flight.run.commanded in RETURNS or not flight.segment.mission.is_return(seq)
+    return is_last and (was_last or not (has_returned and is_other_return))
 
 
 def item_shown(flight: Flight, observed: Observation, seq: int, mode: FlightMode | None) -> Flight:
@@ -61,7 +73,8 @@ def follow_mission(flight: Flight, observed: Observation) -> Flight:
     elif state.mission_seq is not None and names_ours:
         flight = item_shown(flight, observed, state.mission_seq, state.mode)
     progress = flight.progress
-    near_end = progress.current == progress.last_seq or progress.is_complete or (flight.link.was_away and names_ours)
+    ended_unseen = flight.link.was_away and names_ours and not flight.mode.has_returned
+    near_end = progress.current == progress.last_seq or progress.is_complete or ended_unseen
     flight = _settle_command(replace(flight, completion=flight.completion.seen(state)), observed)
     on_mission = flight.run.commanded in STAYS_ON_MISSION
     is_sure = mission_is_sure(state)
