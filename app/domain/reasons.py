@@ -144,6 +144,10 @@ class ReasonCode(StrEnum):
         "run.land_by_others",
         "a pilot, another client or the autopilot commanded Land mode",
     )
+    NO_VALID_MISSION = (
+        "run.no_valid_mission",
+        "the vehicle has no valid mission any more, and holds: {detail}",
+    )
     TAKEN_BY_OTHERS = (
         "run.taken_by_others",
         "the vehicle is in {mode} mode: another client or pilot has control; Waydrop sends no commands",

@@ -26,7 +26,13 @@ from app.domain.flight.phase import STOPPED_M_S, is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
-from app.domain.flight.trackers import CommandTracker, LinkTracker, OffboardTracker, OtherMissionTracker
+from app.domain.flight.trackers import (
+    CommandTracker,
+    LinkTracker,
+    LostMissionTracker,
+    OffboardTracker,
+    OtherMissionTracker,
+)
 from app.domain.mission import Mission
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import LastPosition, Run, RunState
@@ -181,6 +187,7 @@ class Flight:
     command: CommandTracker = field(default_factory=CommandTracker)
     target: TargetTracker = field(default_factory=TargetTracker)
     other_mission: OtherMissionTracker = field(default_factory=OtherMissionTracker)
+    lost_mission: LostMissionTracker = field(default_factory=LostMissionTracker)
     change: PendingChange | None = None
     skip_to: int = 0
     mission_done: bool = False

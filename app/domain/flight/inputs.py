@@ -19,7 +19,7 @@ from app.domain.reasons import Reason
 from app.domain.run.run import PlanChange, RunAction, RunState
 from app.domain.targets import TargetFix
 from app.domain.vehicle.commands import CommandAck
-from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted, StatusText
 from app.domain.vehicle.state import VehicleState
 
 SETTLED_S: Final = 3.0
@@ -90,7 +90,7 @@ class Observed:
     observed: Observation
 
 
-FlightFact = ItemReached | MissionCurrent | Rebooted | ClockRateSet
+FlightFact = ItemReached | MissionCurrent | Rebooted | ClockRateSet | StatusText
 """The facts that a flight uses. Everything else is in the vehicle's state."""
 
 

@@ -43,8 +43,9 @@ class PhaseFacts:
     the drop that waits for an operator, `rally_point` the number (from 1) of the destination of a return,
     `was_returning` and `was_landed` whether the run was in that state at the last observation, `paused_for` the reason
     of a run that was paused then. `is_down` and `is_on_mission`: see Flight. `returns_at_end`: the mission's last item
-    is a return. `carries_other`: another client has replaced the mission. `after_offboard`:
-    offboard control was active since the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
+    is a return. `carries_other`: another client has replaced the mission. `lost_mission_for`: why the autopilot has
+    dropped it. `after_offboard`: offboard control was active since the last command. For `mode_is_settled` and
+    `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -70,6 +71,7 @@ class PhaseFacts:
     by_failsafe: bool = False
     is_left_at_start: bool = False
     carries_other: bool = False
+    lost_mission_for: Reason | None = None
 
     @property
     def in_failsafe(self) -> bool:
@@ -197,6 +199,8 @@ def _why_landing(facts: PhaseFacts) -> Reason:
 def _why_stopped(facts: PhaseFacts) -> Reason:
     if facts.carries_other and not facts.in_failsafe and facts.state.mode is FlightMode.HOLD:
         return Reason.of(ReasonCode.OTHER_MISSION_ON_BOARD)
+    if facts.lost_mission_for is not None and not facts.in_failsafe and facts.state.mode is FlightMode.HOLD:
+        return facts.lost_mission_for
     code = ReasonCode.TAKEN_BY_OTHERS if facts.mode_is_settled else ReasonCode.NOT_IN_MISSION
     code = ReasonCode.FAILSAFE_MODE if facts.in_failsafe else code
     return Reason.of(code, mode=facts.state.mode.value if facts.state.mode is not None else "an unknown")

@@ -28,7 +28,7 @@ from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
 from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NEXT, NOT_STARTED, RunAction, RunState
-from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted, StatusText
 from app.domain.vehicle.link_security import weaker
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
@@ -91,7 +91,7 @@ def _compare_mission(flight: Flight, observed: Observation) -> Flight:
     other = flight.other_mission.seen(is_other=flight.names_other(observed.state), now_s=observed.now_s)
     if other.is_settled(observed.now_s):
         flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
-    return replace(flight, other_mission=other)
+    return replace(flight, other_mission=other, lost_mission=flight.lost_mission.seen(observed.state, observed.now_s))
 
 
 def _silent(flight: Flight, observed: Observation) -> Flight:
@@ -120,6 +120,8 @@ def _fact_received(flight: Flight, given: inputs.FactReceived) -> Flight:
             return replace(flight, link=replace(flight.link, rebooted=True))
         case ClockRateSet():
             return replace(flight, clock=flight.clock.set_to(fact.rate))
+        case StatusText():
+            return replace(flight, lost_mission=flight.lost_mission.told(fact, observed.now_s))
 
 
 # Before the flight, and after a restart of the service.
@@ -371,6 +373,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         rally_point=None if run.rally is None else run.rally.index + 1,
         is_left_at_start=flight.is_left_at_start,
         carries_other=flight.other_mission.is_settled(now_s),
+        lost_mission_for=flight.lost_mission.reason,
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Final
 
 from app.domain.flight.inputs import SETTLED_S
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction
-from app.domain.vehicle.state import FlightMode
+from app.domain.vehicle.facts import MavSeverity, StatusText
+from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,3 +103,41 @@ class OtherMissionTracker:
     def is_settled(self, now_s: float) -> bool:
         """Whether it is no late message: after an upload MISSION_CURRENT may name the mission before."""
         return self.since_s is not None and now_s - self.since_s > SETTLED_S
+
+
+TEXT_BEFORE_S: Final = 3.0
+"""MISSION_CURRENT may come a second after the text that explains it, and one may be lost."""
+_SERIOUS: Final = frozenset({MavSeverity.EMERGENCY, MavSeverity.ALERT, MavSeverity.CRITICAL, MavSeverity.ERROR})
+
+
+@dataclass(frozen=True, slots=True)
+class LostMissionTracker:
+    """Why PX4 has dropped the mission: its serious texts of the last seconds, until some time after it says so.
+
+    `since_s`: since when MISSION_CURRENT.mission_state says that there is no valid mission; None: it does not.
+    """
+
+    since_s: float | None = None
+    texts: tuple[tuple[float, str], ...] = ()
+
+    def seen(self, state: VehicleState, now_s: float) -> LostMissionTracker:
+        """After an observation of a connected vehicle."""
+        if state.mission_state is not MissionState.NO_MISSION:
+            return self if self.since_s is None else replace(self, since_s=None)
+        return self if self.since_s is not None else replace(self, since_s=now_s)
+
+    def told(self, text: StatusText, now_s: float) -> LostMissionTracker:
+        """After a text of the vehicle."""
+        is_late = self.since_s is not None and now_s - self.since_s > SETTLED_S
+        if text.severity not in _SERIOUS or text.repeated or is_late:
+            return self
+        from_s = (now_s if self.since_s is None else self.since_s) - TEXT_BEFORE_S
+        return replace(self, texts=(*(one for one in self.texts if one[0] >= from_s), (now_s, text.text)))
+
+    @property
+    def reason(self) -> Reason | None:
+        """None while the vehicle has its mission."""
+        if self.since_s is None:
+            return None
+        texts = dict.fromkeys(text for at_s, text in self.texts if at_s >= self.since_s - TEXT_BEFORE_S)
+        return Reason.of(ReasonCode.NO_VALID_MISSION, detail="; ".join(texts) or "it gave no reason")
