@@ -144,6 +144,7 @@ class Navigator:
             self._return_check.take(self._fence)
             if len(self._store.mission):
                 self._mission.result.valid = self._check_mission()
+                self._loiter_if_invalid()
         if self._store.mission_serial != self._mission_serial:
             self._mission_serial = self._store.mission_serial
             self._take_mission()
@@ -171,6 +172,10 @@ class Navigator:
             self._context.text(Severity.WARNING, text)
             self._context.event("navigator_route_cache_too_large", count, ROUTE_CACHE_ITEMS)
         self._mission.mission_changed()
+        self._loiter_if_invalid()
+
+    def _loiter_if_invalid(self) -> None:
+        """It is left where it is flown, also if a fence alone has changed (seen of PX4 main)."""
         if self._mission.active and not self._mission.result.valid:
             self._context.text(Severity.CRITICAL, "No valid mission available, loitering")
             self._context.event("mission_not_valid_loiter")

@@ -112,6 +112,17 @@ def test_a_bad_item_in_flight_leaves_the_old_mission_flying() -> None:
     assert len(gcs.vehicle.store.mission) == 3
 
 
+def test_a_fence_uploaded_in_flight_that_the_mission_leaves_loses_the_mission() -> None:
+    gcs = GroundStation()
+    gcs.start([takeoff(20), waypoint(150, 0, 20), RETURN])
+    gcs.until(lambda: gcs.vehicle.state.body.north_m > 20)
+    assert gcs.upload([Plan(5003, 0, 0, 0, (80, 0, 0, 0))], 1) == 0
+    gcs.fly(4.0)
+    assert gcs.last("MISSION_CURRENT").mission_state == 1
+    assert gcs.texts()[-2:] == ["Geofence violation for waypoint 2", "No valid mission available, loitering"]
+    assert gcs.last("HEARTBEAT").custom_mode == Mode.LOITER
+
+
 def test_a_takeoff_item_uploaded_in_the_air_is_a_waypoint() -> None:
     gcs = GroundStation()
     gcs.start([takeoff(20), waypoint(150, 0, 20), RETURN])
