@@ -136,7 +136,9 @@ class SimulatedFlight:
             return False
         if flown.item_ends[-1:] == [] or flown.item_ends[-1][0] != seq:
             flown.item_ends.append((seq, at_s))
-        if status.landed and flown.landed_s is None:
+        if not status.landed:
+            flown.landed_s = None  # a rover has landed for a moment where its return begins
+        elif flown.landed_s is None:
             flown.landed_s = at_s
         airframe = self.vehicle.spec.airframe
         if not status.armed or (status.mode is Mode.LOITER and (airframe.is_rover or airframe.is_airship)):
