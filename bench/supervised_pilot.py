@@ -80,4 +80,13 @@ class SupervisedPilot:
             offset_m=distance_m(*place, drop.latitude_deg, drop.longitude_deg),
             ground_speed_m_s=body.ground_speed_m_s,
             position_age_s=0.0,
+            height_error_m=self._height_error_m(drop),
         )
+
+    def _height_error_m(self, drop: CompiledDrop) -> float | None:
+        up_m, home = self._vehicle.state.body.up_m, self._vehicle.state.status.home
+        if drop.relative_altitude_m is not None and home is not None:
+            return abs(up_m - home.up_m - drop.relative_altitude_m)
+        if drop.absolute_altitude_m is not None:
+            return abs(up_m + self._vehicle.spec.frame.altitude_m - drop.absolute_altitude_m)
+        return None
