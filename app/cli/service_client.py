@@ -80,13 +80,14 @@ class ServiceClient:
         read, headers = aiohttp.ClientResponse.text, {"Accept": accept}
         return str(await self._request("GET", path, read=read, params=_params(query), headers=headers))
 
-    async def post(self, path: str, document: Any = None) -> Any:
-        """POST a JSON document. It carries an Idempotency-Key: if the answer gets lost, it is sent again.
+    async def post(self, path: str, document: Any = None, *, repeats: bool = True) -> Any:
+        """POST a JSON document. It carries an Idempotency-Key: if the answer gets lost, it is sent again, unless the
+        route takes no key.
 
         Raises AnswerLostError: it was sent, and there is no answer yet. What it orders may have been done.
         """
         loop, headers = asyncio.get_running_loop(), {"Idempotency-Key": str(uuid4())}
-        until_s, pause_s, was_sent = loop.time() + REPEATED_FOR_S, FIRST_PAUSE_S, False
+        until_s, pause_s, was_sent = loop.time() + (REPEATED_FOR_S if repeats else 0.0), FIRST_PAUSE_S, False
         while True:
             try:
                 return await self._request("POST", path, json={} if document is None else document, headers=headers)
@@ -97,7 +98,7 @@ class ServiceClient:
                 if loop.time() + pause_s > until_s:
                     raise AnswerLostError(
                         f"{error.detail}. The request was sent: it may have been carried out",
-                        hint="look at `waydrop vehicles` and `waydrop runs` before you repeat it",
+                        hint="look whether it was (`waydrop vehicles`, `runs`, `jobs list`) before you repeat it",
                     ) from error
             await asyncio.sleep(pause_s)
             pause_s = min(LONGEST_PAUSE_S, pause_s * 2)

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from app.cli.runs import JsonOption
 from app.cli.service_client import ServerOption, TokenOption, parsed, with_client
-from app.cli.terminal import ExitStatus, OutputError, err, out, write_json
+from app.cli.terminal import AnswerLostError, ExitStatus, OutputError, err, out, write_json
 from app.domain.reasons import describe
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.services.webhooks.views import WebhookView
@@ -33,7 +33,11 @@ def create(
 ) -> None:
     """Create a webhook. Its secret is written to stdout, once."""
     order: dict[str, Any] = {"url": url, "events": event or [], "description": description, "after": after}
-    made = with_client(server, token, lambda client: client.post("/webhooks", order))
+    try:
+        made = with_client(server, token, lambda client: client.post("/webhooks", order, repeats=False))
+    except AnswerLostError as error:
+        hint = "find it with `waydrop webhook list` and delete it: nobody has its secret"
+        raise AnswerLostError(error.detail, hint=hint) from error
     err().print(f"webhook {made['webhook']['id']} to {url}; its secret is not shown again:", markup=False)
     try:
         out().out(made["secret"], highlight=False)

@@ -42,9 +42,12 @@ MEASURED_CLOCK = VehicleClock(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 
 
 class ScriptedVehicle:
-    """Implements VehicleLink. It stays where the test puts it. `upload_id` is the id by which it names an upload."""
+    """Implements VehicleLink. It stays where the test puts it. An upload is named by `upload_id`, or by its checksum if
+    it `names_as_px4`.
+    """
 
     upload_id: int | None = 77
+    names_as_px4 = False
 
     def __init__(self, vehicle_type: VehicleType = VehicleType.MULTICOPTER) -> None:
         self.identity = VehicleIdentity(1, "udpin://scripted", vehicle_type, FirmwareVersion(1, 18, 0), "uid-1")
@@ -143,7 +146,8 @@ class ScriptedVehicle:
             self.on_board = mission.items
             rally_id = self.rally_points_id_of(mission) if mission.rally else None
             fence_id = self.fence_id_of(mission) if mission.fence else None
-            total, named = len(mission.items), self.upload_id
+            total = len(mission.items)
+            named = self.mission_id_of(mission) if self.names_as_px4 else self.upload_id
             self.truth = replace(self.truth, mission_id=named, fence_id=fence_id, rally_points_id=rally_id)
             yield UploadProgress(MissionType.MISSION, total, total, 1, "mission_id", named)
         finally:

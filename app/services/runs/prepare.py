@@ -156,9 +156,9 @@ class Preparation:
                 self.may_fly = False
             if self.may_fly and self.is_not_taken and not isinstance(error, VehicleTakenError):
                 await self._disarm()
-                if takes_off_as_it_arms(self._link.state()):
-                    with contextlib.suppress(WaydropError):
-                        await self._hold()
+            if takes_off_as_it_arms(self._link.state()):  # also if a pilot disarmed it
+                with contextlib.suppress(WaydropError):
+                    await self._hold()
             raise
         await self._record_outcome(RunCommandName.START_MISSION)
 
@@ -329,8 +329,9 @@ class Preparation:
         fence_id = self._link.fence_id_of(mission) if mission.fence else None
         rally_id = self._link.rally_points_id_of(mission) if mission.rally else None
         reported = ("mission", state.mission_id), ("geofence", state.fence_id), ("rally points", state.rally_points_id)
+        names_as_we_do = wanted_id == self._link.mission_id_of(mission)
         for (name, on_board), wanted in zip(reported, (wanted_id, fence_id, rally_id), strict=True):
-            if on_board != wanted:
+            if on_board != wanted and (names_as_we_do or name == "mission"):
                 raise VehicleRefusedError(
                     f"the {name} on board changed since the upload: another client replaced or cleared what was there",
                     hint="abort the run and create it again",

@@ -46,6 +46,14 @@ async def test_an_answer_that_does_not_come_says_that_the_request_was_sent(monke
             await client.post("/runs", {})
 
 
+async def test_a_post_to_a_route_without_keys_is_sent_once() -> None:
+    server = Unsteady(lost=1000)
+    async with answering(server.handle) as url, service_client(url, None) as client:
+        with pytest.raises(AnswerLostError):
+            await client.post("/webhooks", {}, repeats=False)
+    assert len(server.keys) == 1
+
+
 async def test_a_connection_that_is_refused_is_not_tried_again() -> None:
     server = Unsteady(lost=1000)
     async with answering(server.handle) as url, service_client(url, None) as client:

@@ -161,5 +161,5 @@ async def test_a_vehicle_that_landed_in_another_mode_is_left_in_it() -> None:
         await _in_the_air(service)
         service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
         await service.until_state(RunState.COMPLETED)
-        await service.until(lambda: all(run.is_over for run in service.runs.open_runs()), "its end is stored")
+        await service.until(lambda: not service.runs.open_runs(), "its vehicle is let go")
         assert "hold_disarmed" not in service.vehicle.sent

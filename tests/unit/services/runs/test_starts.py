@@ -281,6 +281,7 @@ async def test_a_mission_that_another_client_uploads_during_the_arming_is_not_st
 @pytest.mark.parametrize(("changed", "name"), [("fence_id", "geofence"), ("rally_points_id", "rally points")])
 async def test_without_its_fence_and_rally_points_a_run_is_not_started(changed: str, name: str) -> None:
     async with run_service() as service:
+        service.vehicle.names_as_px4 = True
         await _uploaded(service)
         service.vehicle.put(**{changed: None if getattr(service.vehicle.truth, changed) else 4711})
         await service.runs.start(service.run_id)
@@ -294,5 +295,27 @@ async def test_firmware_that_names_no_lists_is_started() -> None:
         service.vehicle.upload_id = None
         await _uploaded(service)
         service.vehicle.put(mission_id=None, fence_id=None)
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.FLYING)
+
+
+async def test_a_vehicle_that_a_pilot_disarms_as_it_starts_is_not_left_to_take_off() -> None:
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.start_gate.clear()
+        service.vehicle.start_error = LinkTimeoutError("no ack of the start")
+        await service.runs.start(service.run_id)
+        await service.until(lambda: "start" in service.vehicle.sent, "the start must be sent")
+        service.vehicle.put(mode=FlightMode.MISSION, armed=False)
+        service.vehicle.start_gate.set()
+        await service.until_state(RunState.UPLOADED)
+        assert service.vehicle.sent[-1] == "hold_disarmed"
+        assert service.vehicle.truth.mode is FlightMode.HOLD
+
+
+async def test_firmware_with_ids_of_its_own_is_compared_by_its_mission() -> None:
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.put(fence_id=4712)
         await service.runs.start(service.run_id)
         await service.until_state(RunState.FLYING)
