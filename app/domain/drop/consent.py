@@ -17,6 +17,8 @@ SHORTEST_HOLD_S: Final = 5.0
 """The start of the hold is detected up to 1.1 s late, the vehicle comes to rest, and the rest must still cover the
 release (flown: nothing was released in 3 s, nor in 3.5 s after 11 m/s).
 """
+SHORTEST_STANDING_HOLD_S: Final = 4.0
+"""On the ground and on wheels: as above, without coming to rest from a flight (4 s: released in simulated flights)."""
 CONSENT_MARGIN_S: Final = SHORTEST_HOLD_S
 """How much longer the hold must be than the time to answer; the answer is stored, too."""
 

@@ -324,6 +324,20 @@ CONSENT_CASES = [
         about="an embedded winch drop needs none",
     ),
     Case(
+        "drop.hold_too_short",
+        "/items/3/hold_s",
+        multicopter(waypoint(), land(100, 0), gripper(hold_s=3.5), takeoff(20)),
+        multicopter(waypoint(), land(100, 0), gripper(hold_s=4), takeoff(20)),
+        about="on the ground a vehicle is at rest already",
+    ),
+    Case(
+        "drop.hold_too_short",
+        "/items/1/hold_s",
+        rover(waypoint(30, 0, 0), gripper(hold_s=3.5)),
+        rover(waypoint(30, 0, 0), gripper(hold_s=4)),
+        about="on wheels a vehicle stops at once",
+    ),
+    Case(
         "drop.consent_hold_too_short",
         "/items/2/hold_s",
         multicopter(waypoint(), gripper(hold_s=9, **ASKS)),
