@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.autopilot import Quantity
+from app.domain.autopilot import Quantity, quantity
+from app.domain.autopilot.declared import default_facts
 from app.domain.plan.walk import Step
 from app.domain.prediction.rotary import wind_load
 from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
@@ -17,7 +18,8 @@ _THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
 @rules.error(
     "wind.too_strong",
     "A fixed wing or airship that is not faster than the wind cannot follow its path. A hovering vehicle has no known "
-    "airspeed; none is expected above its fastest speed (MPC_XY_VEL_MAX).",
+    "airspeed; none is expected above MPC_XY_VEL_MAX. That limits the ground speed and may be lowered for safety, so a "
+    "value below PX4's default counts as the default.",
     "Waydrop; the wind is a parameter of the check.",
 )
 def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
@@ -33,7 +35,8 @@ def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
             return
         if _hovers(context, step) and (fastest_m_s := _fastest_m_s(context)) <= wind_m_s:
             name = context.behaviour.name_of(Quantity.HOVER_FASTEST_M_S)
-            message = f"{wind_m_s:g} m/s of wind: the vehicle flies {fastest_m_s:g} m/s at most ({name})"
+            expected = f"at most {fastest_m_s:g} m/s of airspeed can be expected"
+            message = f"{wind_m_s:g} m/s of wind: {expected} (the higher of {name} and its default)"
             yield at_item(step, message, "wait for less wind")
             return
 
@@ -57,7 +60,9 @@ def _slower_than_predicted(context: RuleContext) -> Iterator[Violation]:
 
 
 def _fastest_m_s(context: RuleContext) -> float:
-    return context.behaviour.quantity(Quantity.HOVER_FASTEST_M_S)
+    """The highest airspeed to expect in hover. A limit of the ground speed below the default says nothing about it."""
+    default_m_s = quantity(default_facts(context.plan.vehicle_type), Quantity.HOVER_FASTEST_M_S)
+    return max(context.behaviour.quantity(Quantity.HOVER_FASTEST_M_S), default_m_s)
 
 
 def _is_carried_by_air(step: Step) -> bool:
