@@ -7,11 +7,11 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from app.domain.drop.consent import SHORTEST_QUESTION_S
-from app.domain.items.fields import ItemId, PlanModel, Point, Position, RadiusM, YawDeg
+from app.domain.items.fields import NULL_REFUSED, ItemId, PlanModel, Point, Position, RadiusM, YawDeg
 
 DEFAULT_DROP_HOLD_S: Final = 30.0
 HoldS = Annotated[float, Field(gt=0, le=600)]
-Consent = Literal["none", "operator"]
+Consent = Annotated[Literal["none", "operator"], NULL_REFUSED]
 ConsentTimeoutS = Annotated[float, Field(ge=SHORTEST_QUESTION_S, le=600)]
 
 

@@ -37,6 +37,16 @@ WHOLE: Final = BeforeValidator(_whole)
 """For integers: JSON does not tell 1.0 from 1, and some writers write all numbers so."""
 
 
+def _not_null(value: object) -> object:
+    if value is None:
+        raise PydanticCustomError("null_refused", "null is ambiguous here: state the value, or omit the field")
+    return value
+
+
+NULL_REFUSED: Final = BeforeValidator(_not_null)
+"""For fields where taking null for the default would remove a safeguard."""
+
+
 ItemId = Annotated[
     str,
     Field(max_length=64, pattern=r"^([A-Za-z0-9][A-Za-z0-9_.-]*)?$", description="stable name; generated if omitted"),
@@ -44,7 +54,7 @@ ItemId = Annotated[
 
 
 class PlanModel(BaseModel):
-    """Strict and frozen, without unknown fields. `null` always means "not set"."""
+    """Strict and frozen, without unknown fields. `null` means "not set", except for fields with NULL_REFUSED."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -53,7 +63,11 @@ class PlanModel(BaseModel):
     def _null_is_not_given(cls, value: object) -> object:
         if not isinstance(value, dict) or None not in value.values():
             return value
-        defaults = {name for name, field in cls.model_fields.items() if not field.is_required()}
+        defaults = {
+            name
+            for name, field in cls.model_fields.items()
+            if not field.is_required() and NULL_REFUSED not in field.metadata
+        }
         return {name: part for name, part in value.items() if part is not None or name not in defaults}
 
 

@@ -194,6 +194,7 @@ _CODES: Mapping[str, str] = {
     "unprintable": "plan.bad_value",
     "literal_error": "plan.bad_value",
     "enum": "plan.bad_value",
+    "null_refused": "plan.bad_value",
     "altitude_exactly_one": "plan.altitude_exactly_one",
     "half_position": "plan.half_position",
     "duplicate_id": "plan.duplicate_id",

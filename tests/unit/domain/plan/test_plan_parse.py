@@ -63,8 +63,8 @@ def test_null_means_not_given_in_the_document(name: str) -> None:
 @pytest.mark.parametrize(
     "item",
     [
-        gripper(hold_s=None, consent=None, instance=None, mode=None),
-        gripper(alternate={**at(50, 50), "relative_altitude_m": 30, "hold_s": None, "consent": None}),
+        gripper(hold_s=None, instance=None, mode=None, consent_timeout_s=None),
+        gripper(alternate={**at(50, 50), "relative_altitude_m": 30, "hold_s": None, "yaw_deg": None}),
     ],
     ids=["a drop", "its alternate"],
 )
@@ -77,6 +77,26 @@ def test_null_means_not_given_in_a_part() -> None:
     document = plan_json("multicopter", takeoff(), RETURN)
     nulls = {"contingency": {"on_drop_failure": None}, "geofence": {"polygons": None, "circles": None}}
     assert parse_plan(document | nulls) == parse_plan(document)
+
+
+@pytest.mark.parametrize(
+    ("item", "pointer"),
+    [
+        (gripper(consent=None), "/items/2/consent"),
+        (winch(mode="supervised", consent=None), "/items/2/consent"),
+        (
+            gripper(alternate={**at(50, 50), "relative_altitude_m": 30, "consent": None}),
+            "/items/2/alternate/consent",
+        ),
+    ],
+    ids=["a gripper", "a winch", "an alternate"],
+)
+def test_null_is_no_answer_to_whether_consent_is_needed(item: dict[str, Any], pointer: str) -> None:
+    document = plan_json("multicopter", takeoff(), waypoint(), item, RETURN)
+    assert _found(document) == _found(json.dumps(document)) == [("plan.bad_value", pointer)]
+    with pytest.raises(PlanInvalid) as refused:
+        parse_plan(document)
+    assert "null" in refused.value.findings[0].message
 
 
 def test_null_is_no_value_of_a_required_field() -> None:
