@@ -7,6 +7,7 @@ import time
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
+from unittest import mock
 
 from app.domain.errors import StorageError
 from app.domain.jobs.job import Job
@@ -17,6 +18,7 @@ from app.domain.ports.vehicle_link import VehicleIdentity
 from app.domain.vehicle.state import FirmwareVersion, FlightMode, GlobalPosition, LandedState, MissionState, VehicleType
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
+from app.services.jobs.scheduler import JobScheduler
 from app.services.jobs.views import JobRequest
 from app.services.journal import Journal
 from app.services.plans import KnownPlans, Plans
@@ -30,6 +32,8 @@ from tests.support.scripted_link import FAST, ScriptedVehicle
 
 PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.02, facts_s=0.05, late_for_s=0.05)
 WITHIN_S = 20.0
+SOME_PASSES = 10
+"""Of the scheduler: what must not happen has its chance to."""
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
 
 
@@ -75,6 +79,8 @@ class JobService:
     settings: RunSettings = FAST
     events: MemoryEventStore = field(default_factory=MemoryEventStore)
     clock: ShiftedClock = field(default_factory=ShiftedClock)
+    passes: int = 0
+    """Completed passes of the scheduler."""
 
     async def begin(self, *, hears_vehicles: bool = True) -> None:
         """Start a service."""
@@ -140,6 +146,11 @@ class JobService:
         """Wait until so many events are stored."""
         await self.until(lambda: len(self.events.events) >= count, f"there must be {count} events")
 
+    async def some_passes(self) -> None:
+        """Wait until the scheduler has completed some more passes."""
+        enough = self.passes + SOME_PASSES
+        await self.until(lambda: self.passes >= enough, "the scheduler must go on")
+
     async def until_state(self, job: Job, *states: str) -> Job:
         await self.until(lambda: self.job(job).state.value in states, f"the job must become {states}")
         return self.job(job)
@@ -171,8 +182,15 @@ async def job_service(
 ) -> AsyncIterator[JobService]:
     """Running services, as a single Waydrop or as the gateway of a site."""
     service = JobService(tuple(a_vehicle(number) for number in range(1, count + 1)), site, settings)
-    await service.begin()
-    try:
-        yield service
-    finally:
-        await service.end()
+    poll = JobScheduler.poll
+
+    async def counted(scheduler: JobScheduler) -> None:
+        await poll(scheduler)
+        service.passes += 1
+
+    with mock.patch.object(JobScheduler, "poll", counted):
+        await service.begin()
+        try:
+            yield service
+        finally:
+            await service.end()

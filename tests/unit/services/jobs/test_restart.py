@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -16,9 +15,6 @@ from app.services.jobs.views import JobUpdate
 from tests.support.job_service import JobService, job_service
 from tests.support.scheduled_jobs import at
 from tests.support.scripted_link import FAST
-
-SOME_LOOKS_S = 0.1
-"""Ten looks of the queue and more: what must not happen has its chance to."""
 
 STOPPED = Reason.of(ReasonCode.QUEUE_STOPPED, actor="ward 3")
 BROKEN_OFF = Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)
@@ -52,12 +48,12 @@ async def test_killed_after_any_event_a_job_is_not_lost_and_not_started_twice() 
             except StorageError:
                 continue  # who ordered it was told that it is not stored
             await service.until_events(event)
-            await asyncio.sleep(SOME_LOOKS_S)
+            await service.some_passes()
             asked = service.job(job).start_requested_at
             service.revive()
             await service.restart()
             await service.until(_has_settled(service, job), f"killed at event {event} it must settle")
-            await asyncio.sleep(SOME_LOOKS_S)
+            await service.some_passes()
             assert service.armed() <= 1, f"killed at event {event}: armed twice"
             runs = [run for run in service.events.runs.values() if run.reason != BROKEN_OFF]
             assert len(runs) == 1, "one job is one run, but for what a restart broke off on the ground"
@@ -71,14 +67,14 @@ async def test_after_a_restart_a_start_that_was_asked_is_left_to_a_person() -> N
         job = await service.order(vehicle="v1", auto_start=True)
         service.events.refuse = lambda event: dead if service.job(job).start_requested_at is not None else None
         await service.until(lambda: service.job(job).start_requested_at is not None, "a start must be asked")
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert service.armed() == 0, "what is not stored is not done"
         service.revive()
         await service.restart()
         await service.until(
             lambda: "an operator may start it" in describe(service.job(job).reason), "the reason must be told"
         )
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert (service.job(job).state, service.armed()) == (JobState.PREPARED, 0)
         run_id = service.job(job).run_id or ""
         await service.until(lambda: service.fleet.view("v1").run_id == run_id, "the run must be taken up")
@@ -92,7 +88,7 @@ async def test_a_job_that_was_prepared_and_not_yet_started_goes_on_after_a_resta
         job = await service.order(vehicle="v1")
         prepared = await service.until_state(job, "prepared")
         await service.restart()
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert service.job(job) == prepared, "nobody started it"
         await service.until(lambda: service.fleet.view("v1").run_id == prepared.run_id, "the run must be taken up")
         await service.runs.start(prepared.run_id or "")
@@ -112,7 +108,7 @@ async def test_a_start_that_a_restart_interrupted_waits_for_a_person(auto_start:
         service.vehicles[0].arm_refusals = 0
         run_id = service.job(job).run_id or ""
         await service.until(lambda: service.events.runs[run_id].state is not RunState.STARTING, "it must be found")
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         waits = service.job(job)
         assert (waits.state, service.armed()) == (JobState.PREPARED, tried)
         code = ReasonCode.JOB_START_UNKNOWN if auto_start else ReasonCode.JOB_WAITS_FOR_START
@@ -133,7 +129,9 @@ async def test_a_prepared_job_keeps_waiting_for_a_vehicle_that_is_off_until_it_i
         prepared = await service.until_state(job, "prepared")
         service.vehicles[0].put(connected=False)
         await service.restart()
-        await asyncio.sleep(IMPATIENT.lost_after_s + SOME_LOOKS_S)
+        lost_at_s = service.clock.monotonic() + IMPATIENT.lost_after_s
+        await service.until(lambda: service.clock.monotonic() > lost_at_s, "the time to be lost must pass")
+        await service.some_passes()
         assert service.job(job) == prepared
         if end == "cancelled":
             await service.jobs.cancel(job.id, "desk")
@@ -149,7 +147,7 @@ async def test_a_prepared_job_keeps_waiting_for_a_vehicle_that_is_off_until_it_i
             await service.until(lambda: service.fleet.view("v1").run_id == prepared.run_id, "it must be taken up")
             await service.runs.start(prepared.run_id or "")
             await service.until_state(job, "flying")
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert service.armed() == (0 if end else 1)
 
 
@@ -216,7 +214,7 @@ async def test_the_queue_of_a_vehicle_that_is_off_is_stopped_before_it_is_switch
         assert [one.code for one in stopped.refusals] == ["vehicle.unknown", "vehicle.queue_stopped"]
         service.clock.ahead_s = 601.0
         service.switch_on()
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert (service.job(job).state, service.armed()) == (JobState.QUEUED, 0)
         await service.jobs.resume("v1", "anna")
         await service.until_state(job, "flying")
