@@ -16,7 +16,7 @@ from aiohttp import web
 from app.api.bodies import JSON
 from app.api.problems import ApiError
 from app.domain.cluster.errors import NoReplyError
-from app.domain.errors import LinkError, StorageError, VehicleRefusedError, WaydropError
+from app.domain.errors import LinkError, StorageError, UploadRefusedError, VehicleRefusedError, WaydropError
 from app.domain.ports.stores import AnswerStore, ClaimStore, StoredAnswer
 from app.services.access import Principal
 from app.services.background import begin_task
@@ -171,7 +171,7 @@ class Idempotency:
 
 def _may_be_done(error: WaydropError) -> bool:
     """Whether what was announced may have reached the vehicle: a repetition must not do it again."""
-    return isinstance(error, LinkError) and not isinstance(error, VehicleRefusedError)
+    return isinstance(error, LinkError) and not isinstance(error, VehicleRefusedError | UploadRefusedError)
 
 
 def request_hash(request: web.Request, raw: bytes) -> str:

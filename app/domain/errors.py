@@ -154,6 +154,10 @@ class UploadError(LinkError, code="mission.upload_failed"):
     """The mission upload failed or could not be verified. The mission is never started."""
 
 
+class UploadRefusedError(UploadError):
+    """The vehicle refused the list (MISSION_ACK) and keeps the previous one."""
+
+
 class StorageError(WaydropError, code="storage.failed"):
     """The journal is not writable, so nothing may be reported as done."""
 

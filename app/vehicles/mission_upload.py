@@ -9,7 +9,7 @@ from contextlib import aclosing
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.errors import LinkError, UploadError
+from app.domain.errors import LinkError, UploadError, UploadRefusedError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.ports.vehicle_link import UploadProgress
 from app.vehicles.decoders import MissionAck, MissionCurrentReport
@@ -408,7 +408,7 @@ class MissionUploader:
             since_s, window_s=self._settings.refusal_text_window_s, but=Topic.HEALTH
         )
         place = "" if seq is None else f" item {seq} ({items[seq].command.name})"
-        raise UploadError(
+        raise UploadRefusedError(
             f"the vehicle refused the {name}{place}: {word}" + "".join(f"; {text}" for text in texts),
             hint="the vehicle keeps the previous list",
             mission_type=name,

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.errors import LinkTimeoutError, VehicleRefusedError
+from app.domain.errors import LinkTimeoutError, UploadRefusedError, VehicleRefusedError, WaydropError
 from app.services.access import Role
 from tests.api.broken_parts import without_answers
 from tests.support.asking_drop import asked
@@ -175,11 +175,21 @@ async def test_items_that_were_inserted_before_a_kill_are_not_inserted_again(
         assert await plan_ids(service) == [first["plan_id"], run["plan_id"]]
 
 
-async def test_items_that_the_vehicle_refused_may_be_inserted_again(service: Service, plan: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    ("refusal", "answered"),
+    [
+        (VehicleRefusedError("the mission is infeasible"), (409, "vehicle.refused")),
+        (UploadRefusedError("the vehicle refused the mission: NO_SPACE"), (502, "mission.upload_failed")),
+    ],
+    ids=["infeasible", "refused by MISSION_ACK"],
+)
+async def test_items_that_the_vehicle_refused_may_be_inserted_again(
+    service: Service, plan: dict[str, Any], refusal: WaydropError, answered: tuple[int, str]
+) -> None:
     run = await flying(service, plan)
-    service.links[0].upload_refusal = VehicleRefusedError("no space for the mission")
+    service.links[0].upload_refusal = refusal
     status, _, problem = await insert(service, run["id"])
-    assert (status, problem["code"]) == (409, "vehicle.refused")
+    assert (status, problem["code"]) == answered
     service.links[0].upload_refusal = None
     async with asyncio.timeout(60):
         while (await insert(service, run["id"]))[:2] != (202, False):

@@ -52,7 +52,9 @@ class MissionLink(Protocol):
         """Upload fence, rally, then mission, and verify. Closing the generator cancels the transfer.
 
         Raises:
-            UploadError: it did not end verified; `extra["item_seq"]` names the refused item where known.
+            UploadRefusedError: the vehicle keeps the previous list; `extra["item_seq"]` names the refused item where
+                known.
+            UploadError: it did not end verified.
         """
 
     def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:

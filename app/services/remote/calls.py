@@ -186,7 +186,9 @@ def _extra(problem: RemoteProblem) -> dict[str, Any]:
 @cache
 def _classes() -> dict[str, type[WaydropError]]:
     found = (*vars(errors).values(), *vars(cluster_errors).values(), CallRefusedError)
-    return {cls.code: cls for cls in found if isinstance(cls, type) and issubclass(cls, WaydropError)}
+    classes = [cls for cls in found if isinstance(cls, type) and issubclass(cls, WaydropError)]
+    # a subclass may have the code of its base, which stands before it: the code tells of no more than the base
+    return {cls.code: cls for cls in reversed(classes)}
 
 
 CallFunctions = Mapping[str, Callable[..., Awaitable[object]]]

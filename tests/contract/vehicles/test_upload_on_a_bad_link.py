@@ -8,7 +8,7 @@ from contextlib import aclosing
 
 import pytest
 
-from app.domain.errors import LinkError, UploadError
+from app.domain.errors import LinkError, UploadError, UploadRefusedError
 from app.domain.mission import Mission, MissionType
 from app.domain.ports.vehicle_link import VehicleLink
 from app.vehicles import LinkSettings
@@ -76,7 +76,7 @@ async def test_a_refusal_of_the_whole_list_is_told_with_its_mav_mission_result(
     quad: SimulatedFleet, link: VehicleLink
 ) -> None:
     quad.control("refuse_upload", 4)
-    with pytest.raises(UploadError, match="NO_SPACE") as caught:
+    with pytest.raises(UploadRefusedError, match="NO_SPACE") as caught:
         await uploaded(link, mission(8))
     assert caught.value.extra["result"] == "NO_SPACE"
     assert caught.value.extra["item_seq"] is None
@@ -89,7 +89,7 @@ async def test_a_refusal_of_the_fence_leaves_mission_and_fence_as_they_were(
     await uploaded(link, before)
     quad.control("refuse_upload", 14)
     changed = mission(9)
-    with pytest.raises(UploadError, match="fence") as caught:
+    with pytest.raises(UploadRefusedError, match="fence") as caught:
         await uploaded(link, Mission(changed.items, fence=square_fence(300)))
     assert caught.value.extra["mission_type"] == "fence"
     quad.control("refuse_upload", 0)

@@ -11,8 +11,8 @@ from pydantic import BaseModel
 
 from app.domain.cluster.errors import GatewayUnreachableError, NoReplyError
 from app.domain.cluster.ports import GatewaySite, calls_of
-from app.domain.errors import InvalidInputError, NotFoundError, VehicleBusyError, WaydropError
-from app.services.remote.calls import CALL_TIMEOUT_S, Caller, CallRefusedError, CallServer
+from app.domain.errors import InvalidInputError, NotFoundError, UploadError, VehicleBusyError, WaydropError
+from app.services.remote.calls import CALL_TIMEOUT_S, Caller, CallRefusedError, CallServer, RemoteProblem, error_of
 from app.services.remote.journal import ClusterJournal
 from app.storage.postgres.database import CommitLostError
 from tests.support.fakes import ManualClock
@@ -219,3 +219,12 @@ async def test_a_journal_of_a_node_tells_what_others_store_and_returns_after_its
     finally:
         await one.close()
         await other.close()
+
+
+@pytest.mark.parametrize(
+    ("code", "cls"), [("mission.upload_failed", UploadError), ("input.invalid", InvalidInputError)]
+)
+def test_a_code_that_several_classes_have_is_read_as_the_most_general_of_them(
+    code: str, cls: type[WaydropError]
+) -> None:
+    assert type(error_of(RemoteProblem(code=code, detail="x"))) is cls
