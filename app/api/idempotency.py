@@ -16,7 +16,7 @@ from aiohttp import web
 from app.api.bodies import JSON
 from app.api.problems import ApiError
 from app.domain.cluster.errors import NoReplyError
-from app.domain.errors import LinkError, StorageError, UploadRefusedError, VehicleRefusedError, WaydropError
+from app.domain.errors import StorageError, WaydropError
 from app.domain.ports.stores import AnswerStore, ClaimStore, StoredAnswer
 from app.services.access import Principal
 from app.services.background import begin_task
@@ -101,8 +101,10 @@ class Idempotency:
             except (NoReplyError, StorageError):  # it may have been carried out: the claim stays
                 raise
             except WaydropError as error:
+                if error.may_be_done:
+                    raise
                 await self._release(key)
-                if keyed.committed is not None and not _may_be_done(error):
+                if keyed.committed is not None:
                     await self._forget(key)
                 raise
             await (self._keep_soon(keyed, response) if is_urgent else self._keep(keyed, response))
@@ -167,11 +169,6 @@ class Idempotency:
             # the request succeeded: an error now would make the client send it again
             then = "is executed again" if committed is None else "gets the one stored with what it created"
             log.error(f"response not stored: a repeated request {then}", error=error.detail)
-
-
-def _may_be_done(error: WaydropError) -> bool:
-    """Whether what was announced may have reached the vehicle: a repetition must not do it again."""
-    return isinstance(error, LinkError) and not isinstance(error, VehicleRefusedError | UploadRefusedError)
 
 
 def request_hash(request: web.Request, raw: bytes) -> str:

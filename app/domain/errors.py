@@ -9,6 +9,8 @@ class WaydropError(Exception):
     """Base of all expected errors. `code` is stable, `detail` describes the problem, `hint` says how to fix it."""
 
     code = "service.internal_error"
+    may_be_done = False
+    """Whether what was requested may have been done all the same, so that a repetition must not do it again."""
 
     def __init_subclass__(cls, code: str | None = None) -> None:
         super().__init_subclass__()
@@ -19,6 +21,10 @@ class WaydropError(Exception):
         self.detail = detail
         self.hint = hint
         self.extra: Mapping[str, object] = extra
+
+    def mark_may_be_done(self) -> None:
+        """See `may_be_done`."""
+        self.may_be_done = True
 
 
 class NotFoundError(WaydropError, code="resource.not_found"):

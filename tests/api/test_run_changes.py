@@ -205,3 +205,20 @@ async def test_items_that_may_be_on_board_are_not_inserted_again(service: Servic
     status, replayed, told = await insert(service, run["id"])
     assert (status, replayed) == (202, True)
     assert told["changing"]["continue_at"] == "corner", "the run tells what came of it"
+
+
+async def test_items_whose_insertion_a_pause_broke_off_on_its_way_are_not_inserted_again(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    run = await flying(service, plan)
+    service.links[0].upload_gate.clear()
+    first = asyncio.create_task(insert(service, run["id"]))
+    await until(lambda: service.links[0].uploads == 1)
+    await service.call("POST", f"/api/v1/runs/{run['id']}/pause")
+    status, _, problem = await first
+    assert (status, problem["code"]) == (409, "run.changing")
+    service.links[0].upload_gate.set()
+    status, replayed, told = await insert(service, run["id"])
+    assert (status, replayed) == (202, True)
+    assert told["changing"]["continue_at"] == "corner"
+    assert service.links[0].uploads == 1

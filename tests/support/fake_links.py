@@ -140,11 +140,12 @@ class FakeLink:
         return mission_checksum(to_wire(mission.rally))
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        total, named = len(mission.items), self.mission_id_of(mission)
+        yield UploadProgress(MissionType.MISSION, 0, total, 1)
         if self.upload_refusal is not None:
             raise self.upload_refusal
         self.uploads += 1
         await self.upload_gate.wait()
-        total, named = len(mission.items), self.mission_id_of(mission)
         self.change(mission_total=total, mission_seq=0, mission_id=named)
         yield UploadProgress(MissionType.MISSION, total, total, 1, verified_by="mission_id", mission_id=named)
 

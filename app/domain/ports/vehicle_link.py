@@ -61,8 +61,8 @@ class MissionLink(Protocol):
         """Upload and verify only the mission, over the one that is flown; fence and rally points do not change.
 
         A vehicle in Mission mode flies the new mission, from its first item, once its last item has arrived; until then
-        the old one. Closing the generator cancels the transfer. After an UploadError only mission_id shows which of the
-        two it flies.
+        the old one. Closing the generator cancels the transfer. Nothing is sent before the first step. After an
+        UploadError only mission_id shows which of the two it flies.
         """
 
     async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:

@@ -11,6 +11,7 @@ from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
     PlanRejectedError,
+    UploadRefusedError,
     VehicleRefusedError,
     WaydropError,
 )
@@ -82,6 +83,8 @@ class MissionChanger:
         self._clock = clock
         self._turn = asyncio.Lock()
         self._sending: asyncio.Task[None] | None = None
+        self._is_sent = False
+        """Whether the upload in progress, or the last one, may have sent an item."""
         self._orders = 0
         """The number of commands so far: one during the preparation of a change must abort it too."""
 
@@ -103,6 +106,8 @@ class MissionChanger:
             PlanRejectedError: nothing was sent; the findings point into the changed plan.
             ChangeUnderWayError: another change is in progress, or a command aborted this one.
             LinkError: its arrival may be unknown; then the run has it as `changing` until it is known.
+
+        Each error has `may_be_done` if the mission may be on board in spite of it.
         """
         if self._turn.locked() or (self.is_open and self._monitor.run.mission_id is not None):
             raise ChangeUnderWayError("another change is in progress", hint="wait until its result is known")
@@ -245,10 +250,15 @@ class MissionChanger:
     ) -> None:
         """Not sent if it cannot be announced."""
         await self._announce(pending, orders, fit, answer)
+        self._is_sent = False
         self._sending = asyncio.ensure_future(self._transfer(pending.mission))
         try:
             await asyncio.wait({self._sending})
             await self._settle(pending, self._sending)
+        except WaydropError as error:
+            if self._is_sent and not _is_refusal(error, self._sending):
+                error.mark_may_be_done()
+            raise
         finally:
             self._monitor.feed(ChangeTransferEnded(self._monitor.observation()))
             self._sending.cancel()
@@ -257,6 +267,7 @@ class MissionChanger:
     async def _transfer(self, mission: Mission) -> None:
         async with aclosing(self._link.replace_mission(mission)) as steps:
             async for step in steps:
+                self._is_sent = True
                 verified = step
         await self._link.wait_mission_ready(
             mission_id=verified.mission_id, rerun=False, timeout_s=self._settings.ready_s
@@ -298,6 +309,12 @@ class MissionChanger:
 
     def _record(self, outcome: CommandOutcome, detail: str = "") -> None:
         self._recorder.record(RunAck(command=RunCommandName.CHANGE_MISSION, outcome=outcome, detail=detail))
+
+
+def _is_refusal(error: WaydropError, sending: asyncio.Task[None]) -> bool:
+    """Whether the vehicle refused what was sent, and not a command after it."""
+    is_of_transfer = not sending.cancelled() and sending.exception() is error
+    return is_of_transfer and isinstance(error, VehicleRefusedError | UploadRefusedError)
 
 
 def _broken_off() -> ChangeUnderWayError:

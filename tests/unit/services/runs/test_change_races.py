@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
 from typing import Any
 
 import pytest
@@ -14,6 +14,7 @@ from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
     StorageError,
+    VehicleQuarantinedError,
     VehicleRefusedError,
     WaydropError,
     WrongStateError,
@@ -21,9 +22,10 @@ from app.domain.errors import (
 from app.domain.events import Event
 from app.domain.events.run import RunAck
 from app.domain.flight.snapshot import ContingencyCommand
-from app.domain.mission import MavCmd
+from app.domain.mission import MavCmd, Mission
 from app.domain.plan import parse_plan
 from app.domain.ports.stores import StoredPlan
+from app.domain.ports.vehicle_link import UploadProgress
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.plan_checks import PlanCheck
@@ -60,8 +62,9 @@ async def test_a_command_given_while_a_change_is_prepared_breaks_it_off(command:
         await getattr(service.runs, command)(service.run_id)
         service.vehicle.put(mode=FlightMode.MISSION)  # its HEARTBEAT may say so for another second
         gate.set()
-        with pytest.raises(ChangeUnderWayError):
+        with pytest.raises(ChangeUnderWayError) as caught:
             await asyncio.wait_for(change, 10.0)
+        assert not caught.value.may_be_done
         assert (service.vehicle.on_board, service.run.changing, service.run.plan_id) == (on_board, None, "plan-1")
 
 
@@ -77,8 +80,9 @@ async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothin
         returns = asyncio.create_task(service.runs.return_to_launch(service.run_id))
         await service.until(lambda: service.newest.commanded == "return", "it is asked")
         service.events.open.set()
-        with pytest.raises(ChangeUnderWayError):
+        with pytest.raises(ChangeUnderWayError) as caught:
             await asyncio.wait_for(change, 10.0)
+        assert not caught.value.may_be_done
         await returns
         assert (service.vehicle.on_board, service.vehicle.sent[-1], service.run.changing) == (on_board, "return", None)
 
@@ -149,9 +153,40 @@ async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None
         await fly(service)
         change = await begun(service)
         service.flight.sender.carry_out([ContingencyCommand("return", "drop")])
-        with pytest.raises(ChangeUnderWayError):
+        with pytest.raises(ChangeUnderWayError) as caught:
             await asyncio.wait_for(change, 10.0)
+        assert caught.value.may_be_done, "its last item may have arrived"
         assert service.vehicle.sent[-1] == "return"
+
+
+async def test_a_change_that_the_link_refused_to_send_is_not_done() -> None:
+    async def refuses(mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        raise VehicleQuarantinedError("two vehicles have this system id")
+        yield
+
+    async with run_service() as service:
+        await fly(service)
+        service.vehicle.replace_mission = refuses  # type: ignore[method-assign]
+        with pytest.raises(VehicleQuarantinedError) as caught:
+            await service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        assert not caught.value.may_be_done
+
+
+async def test_a_change_that_arrived_is_done_even_if_the_vehicle_refuses_to_skip_what_it_passed() -> None:
+    async with run_service() as service:
+        await fly(service)
+        change = await begun(service)
+        service.vehicle.put(mission_seq=service.mission.seqs_of("clinic")[0])
+        await service.until(lambda: service.run.item_id == "clinic", "it flies what it flew")
+
+        async def refused(seq: int) -> None:
+            raise VehicleRefusedError("denied")
+
+        service.vehicle.set_current = refused  # type: ignore[method-assign]
+        service.vehicle.upload_gate.set()
+        with pytest.raises(VehicleRefusedError) as caught:
+            await asyncio.wait_for(change, 10.0)
+        assert caught.value.may_be_done
 
 
 @pytest.mark.parametrize(("meanwhile", "asked"), [("land", "land"), (None, None)])
