@@ -18,6 +18,7 @@ from app.domain.ports.stores import AnswerTo, ClaimStore
 from app.services.access import Role
 from app.services.plans import Plans, PlanView
 from tests.api.broken_parts import without_answers
+from tests.support.fakes import MemoryClaims
 from tests.support.service_in_process import Service, run_service
 
 KEY = {"Idempotency-Key": "0b8f6c1e-order-2041"}
@@ -162,21 +163,6 @@ async def test_a_key_that_cannot_be_used_is_400(service: Service, plan: dict[str
     status, _, problem = await service.call("POST", "/api/v1/plans", json=plan, headers={"Idempotency-Key": key})
     assert (status, problem["code"]) == (400, "idempotency.key_invalid")
     assert await plans_stored(service) == 0
-
-
-class MemoryClaims:
-    """ClaimStore in a set, shared by the nodes of a cluster."""
-
-    def __init__(self) -> None:
-        self.keys: set[str] = set()
-
-    async def claim(self, key: str) -> bool:
-        is_new = key not in self.keys
-        self.keys.add(key)
-        return is_new
-
-    async def release(self, key: str) -> None:
-        self.keys.discard(key)
 
 
 class FailingPlans(Plans):

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import copy
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.api import ApiServices
 from app.domain.errors import LinkTimeoutError, UploadRefusedError, VehicleRefusedError, WaydropError
+from app.domain.ports.stores import AnswerTo
+from app.domain.run.run import Run
 from app.services.access import Role
+from app.services.runs.rerouting import Rerouting
 from tests.api.broken_parts import without_answers
 from tests.support.asking_drop import asked
+from tests.support.fakes import MemoryClaims
 from tests.support.run_changes import flying
 from tests.support.runs_api import reaches
 from tests.support.service_in_process import LOOK_AGAIN_S, Service, run_service, until
@@ -222,3 +229,44 @@ async def test_items_whose_insertion_a_pause_broke_off_on_its_way_are_not_insert
     assert (status, replayed) == (202, True)
     assert told["changing"]["continue_at"] == "corner"
     assert service.links[0].uploads == 1
+
+
+class ReroutingFromNode(Rerouting):
+    """Changes for an API node, which stores no answer with them."""
+
+    async def insert(
+        self,
+        run_id: str,
+        items: Sequence[Any],
+        *,
+        at: str,
+        after: bool,
+        actor: str,
+        answer: AnswerTo[Run] | None = None,
+    ) -> Run:
+        return await super().insert(run_id, items, at=at, after=after, actor=actor)
+
+
+def as_node(services: ApiServices) -> ApiServices:
+    """With the claims of a cluster."""
+    rerouting = ReroutingFromNode.__new__(ReroutingFromNode)
+    vars(rerouting).update(vars(services.rerouting))
+    return replace(services, rerouting=rerouting, claims=MemoryClaims())
+
+
+async def test_items_that_may_be_on_board_are_not_inserted_again_through_a_node(
+    tmp_path: Path, plan: dict[str, Any]
+) -> None:
+    async with run_service(tmp_path, change=as_node) as service:
+        run, link = await flying(service, plan), service.links[0]
+        link.upload_refusal = UploadRefusedError("the vehicle refused the mission: NO_SPACE")
+        status, _, problem = await insert(service, run["id"])
+        assert (status, problem["code"]) == (502, "mission.upload_failed")
+        link.upload_refusal = LinkTimeoutError("no answer to the last item")
+        async with asyncio.timeout(60):
+            while (await insert(service, run["id"]))[0] != 504:  # until the refused one has ended
+                await asyncio.sleep(LOOK_AGAIN_S)
+        link.upload_refusal = None
+        status, _, problem = await insert(service, run["id"])
+        assert (status, problem["code"]) == (409, "idempotency.outcome_unknown")
+        assert link.uploads == 0

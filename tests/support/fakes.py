@@ -127,3 +127,18 @@ class MemoryFlightLog:
 
     async def read(self, run_id: str) -> str:
         return self.texts.get(run_id, "")
+
+
+class MemoryClaims:
+    """ClaimStore in a set, shared by the nodes of a cluster."""
+
+    def __init__(self) -> None:
+        self.keys: set[str] = set()
+
+    async def claim(self, key: str) -> bool:
+        is_new = key not in self.keys
+        self.keys.add(key)
+        return is_new
+
+    async def release(self, key: str) -> None:
+        self.keys.discard(key)

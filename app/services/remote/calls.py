@@ -61,6 +61,7 @@ class RemoteProblem(BaseModel):
     detail: str
     hint: str = ""
     extra: dict[str, Any] = {}
+    may_be_done: bool = False
 
 
 class RemoteReply(BaseModel):
@@ -176,7 +177,10 @@ class RemoteProblemError(WaydropError):
 def error_of(problem: RemoteProblem) -> WaydropError:
     """The error of the class that has this code."""
     cls = _classes().get(problem.code)
-    return RemoteProblemError(problem) if cls is None else cls(problem.detail, hint=problem.hint, **_extra(problem))
+    error = RemoteProblemError(problem) if cls is None else cls(problem.detail, hint=problem.hint, **_extra(problem))
+    if problem.may_be_done:
+        error.mark_may_be_done()
+    return error
 
 
 def _extra(problem: RemoteProblem) -> dict[str, Any]:
@@ -237,7 +241,9 @@ class CallServer:
             value = to_jsonable_python(await self._carry_out(call))
         except WaydropError as error:
             extra = to_jsonable_python(dict(error.extra), fallback=str)
-            problem = RemoteProblem(code=error.code, detail=error.detail, hint=error.hint, extra=extra)
+            problem = RemoteProblem(
+                code=error.code, detail=error.detail, hint=error.hint, extra=extra, may_be_done=error.may_be_done
+            )
             return self._reply(call_id, error=problem)
         return self._reply(call_id, value=value)
 

@@ -11,7 +11,14 @@ from pydantic import BaseModel
 
 from app.domain.cluster.errors import GatewayUnreachableError, NoReplyError
 from app.domain.cluster.ports import GatewaySite, calls_of
-from app.domain.errors import InvalidInputError, NotFoundError, UploadError, VehicleBusyError, WaydropError
+from app.domain.errors import (
+    InvalidInputError,
+    LinkTimeoutError,
+    NotFoundError,
+    UploadError,
+    VehicleBusyError,
+    WaydropError,
+)
 from app.services.remote.calls import CALL_TIMEOUT_S, Caller, CallRefusedError, CallServer, RemoteProblem, error_of
 from app.services.remote.journal import ClusterJournal
 from app.storage.postgres.database import CommitLostError
@@ -26,6 +33,9 @@ class Climb(BaseModel):
     """An argument that is a model."""
 
     height_m: float
+
+
+_CALLS = ("climb", "names", "busy", "unknown", "lost", "strange")
 
 
 class Commands:
@@ -46,6 +56,11 @@ class Commands:
 
     async def unknown(self) -> None:
         raise CommitLostError("it may be stored")
+
+    async def lost(self) -> None:
+        error = LinkTimeoutError("no answer to the last item")
+        error.mark_may_be_done()
+        raise error
 
     async def strange(self) -> None:
         raise NewerError("of a newer version", findings=[{"code": "x"}])
@@ -68,7 +83,7 @@ class Rig:
         part = GatewaySite(gateway="gw-1", site="north", address="here")
         self.has_site = True
         late = ManualClock(self.clock.now() + skew_s)
-        functions = {name: getattr(self.commands, name) for name in ("climb", "names", "busy", "unknown", "strange")}
+        functions = {name: getattr(self.commands, name) for name in _CALLS}
         self.server = CallServer(part, functions, KEY, lambda: 0, late, lambda: self.has_site)
         self.caller = Caller(self.bus, node_key, ClusterJournal(self.events, self.clock).reached, self.clock)
 
@@ -91,6 +106,10 @@ async def test_an_error_keeps_its_class_code_and_facts() -> None:
     with pytest.raises(VehicleBusyError, match="it flies") as caught:
         await rig.call("busy", type(None))
     assert (caught.value.hint, caught.value.extra) == ("wait", {"run_id": "run-1"})
+    assert not caught.value.may_be_done
+    with pytest.raises(LinkTimeoutError) as lost:
+        await rig.call("lost", type(None))
+    assert lost.value.may_be_done
     with pytest.raises(NoReplyError, match="may be stored"):  # the claim of an Idempotency-Key then stays
         await rig.call("unknown", type(None))
     with pytest.raises(WaydropError, match="newer version") as strange:
