@@ -63,7 +63,8 @@ class Idempotency:
 
     A key is scoped to one token and one path. A second request with the same key waits for the first. With `claims`,
     it is refused while the first is in progress on another node, or if the outcome of the first is unknown. Urgent
-    ones are carried out then, and if the disk does not answer: a pause that is sent twice does no harm.
+    ones are carried out then, and if the disk does not answer: a pause that is sent twice does no harm, nor does a
+    consent.
     """
 
     def __init__(self, store: AnswerStore, claims: ClaimStore | None = None) -> None:

@@ -85,9 +85,10 @@ HandlerT = TypeVar("HandlerT", bound=Callable[[Any], Awaitable[web.StreamRespons
 class Route:
     """A route. `role` None: no authentication. `errors` lists problem codes specific to this route.
 
-    `unkeyed` says why an action takes no Idempotency-Key. `is_urgent`: it brings a vehicle to safety, so the key holds
-    it back for a moment at most. `before_body` may raise to reject a request by its path, before a large body is read.
-    `is_audited` false: a check, a measurement or a renewal, which the audit does not record.
+    `unkeyed` says why an action takes no Idempotency-Key. `is_urgent`: it brings a vehicle to safety, or a drop waits
+    for it, and doing it twice does no harm: the key holds it back for a moment at most. `before_body` may raise to
+    reject a request by its path, before a large body is read. `is_audited` false: a check, a measurement or a renewal,
+    which the audit does not record.
     """
 
     method: Method

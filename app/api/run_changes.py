@@ -26,6 +26,7 @@ ROUTES: Final = Routes("runs")
     Role.PILOT,
     Answer(200, "The run with the stored answer. The release follows after another check", Run),
     errors=(*STORED, "drop.consent_not_asked", "drop.consent_too_late", "drop.consent_answered"),
+    is_urgent=True,
 )
 async def answer_consent(call: Call[NoQuery, ConsentRequest]) -> web.Response:
     """Grant or refuse consent to a drop; the first answer counts, and repeating it succeeds."""

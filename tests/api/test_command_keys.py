@@ -15,6 +15,7 @@ from app.api.routing import API
 from app.domain.errors import StorageError
 from app.domain.ports.stores import AnswerStore, StoredAnswer
 from app.domain.vehicle.state import FlightMode
+from tests.support.asking_drop import asked, flying_to_consent
 from tests.support.runs_api import create, plan_id, reaches
 from tests.support.service_in_process import Service, run_service
 
@@ -127,3 +128,23 @@ async def test_a_key_does_not_hold_back_a_pause(
         async with asyncio.timeout(10.0):
             await _command(service, f"{API}/runs/{run['id']}/pause", "paused", KEY)
         assert service.links[0].state().mode is FlightMode.HOLD
+
+
+@pytest.mark.parametrize(
+    "change",
+    [_with_answers(UnreadableAnswers()), _with_answers(HangingAnswers()), _with_taken_claims],
+    ids=["the disk fails", "the disk hangs", "another node has the key"],
+)
+async def test_a_key_does_not_hold_back_a_consent(
+    tmp_path: Path, plan: dict[str, Any], change: Callable[[ApiServices], ApiServices]
+) -> None:
+    async with run_service(tmp_path, change=change) as service:
+        flown = await flying_to_consent(service, plan)
+        question = await asked(service, plan, flown)
+        said = {"grant": True, "question": question["question"]}
+        async with asyncio.timeout(10.0):
+            for _ in range(2):
+                status, _, run = await service.call(
+                    "POST", f"{API}/runs/{flown}/drops/drop/consent", json=said, headers=KEY
+                )
+                assert (status, run["drops"][0]["consent"]["state"]) == (200, "granted")

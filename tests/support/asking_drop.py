@@ -14,6 +14,11 @@ from tests.support.service_in_process import LOOK_AGAIN_S, Service
 @pytest.fixture
 async def run_id(service: Service, plan: dict[str, Any]) -> str:
     """A run in flight whose drop needs consent and has not asked yet."""
+    return await flying_to_consent(service, plan)
+
+
+async def flying_to_consent(service: Service, plan: dict[str, Any]) -> str:
+    """A run in flight whose drop needs consent and has not asked yet."""
     drop = next(item for item in plan["items"] if item["type"] == "gripper")
     drop["consent"] = "operator"
     _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
