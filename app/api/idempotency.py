@@ -6,8 +6,8 @@ import asyncio
 import hashlib
 import json
 import re
-from collections.abc import Awaitable, Callable
-from typing import Final
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, Final
 from weakref import WeakValueDictionary
 
 import structlog
@@ -36,6 +36,8 @@ class KeyedRequest:
     def __init__(self, key: str, request_hash: str) -> None:
         self._key = key
         self._request_hash = request_hash
+        self.is_claimed = False
+        """Whether this request has the claim of its key: what another one claimed is not released."""
         self.committed: StoredAnswer | None = None
         """The answer that was to be stored in one commit with what the request creates."""
 
@@ -71,7 +73,7 @@ class Idempotency:
         self._store = store
         self._claims = claims
         self._running: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
-        self._keeping: set[asyncio.Task[None]] = set()
+        self._storing: set[asyncio.Task[None]] = set()
 
     async def answer(
         self,
@@ -93,29 +95,31 @@ class Idempotency:
             return await make(None)
         lock = self._running.setdefault(key, asyncio.Lock())
         async with lock:
-            stored = await (self._begun_soon(key) if is_urgent else self._begun(key))
+            keyed = KeyedRequest(key, request_hash)
+            stored = await (self._begun_soon(key, keyed) if is_urgent else self._begun(key, keyed))
             if stored is not None:
                 return _replay(stored, request_hash)
-            keyed = KeyedRequest(key, request_hash)
             try:
                 response = await make(keyed)
             except (NoReplyError, StorageError):  # it may have been carried out: the claim stays
                 raise
             except WaydropError as error:
-                if error.may_be_done:
-                    raise
-                await self._release(key)
-                if keyed.committed is not None:
-                    await self._forget(key)
+                if not error.may_be_done:
+                    undone = self._undo(key, keyed)
+                    await (self._soon(undone, "key released") if is_urgent else undone)
                 raise
-            await (self._keep_soon(keyed, response) if is_urgent else self._keep(keyed, response))
+            kept = self._keep(keyed, response)
+            await (self._soon(kept, "response kept") if is_urgent else kept)
             return response
 
-    async def _begun(self, key: str) -> StoredAnswer | None:
+    async def _begun(self, key: str, keyed: KeyedRequest) -> StoredAnswer | None:
         """The stored answer. None: nobody has begun it. Raises ApiError: its outcome is unknown. StorageError."""
         stored = await self._store.get(key)
-        if stored is not None or await self._claimed(key):
+        if stored is not None:
             return stored
+        keyed.is_claimed = await self._claimed(key)
+        if keyed.is_claimed:
+            return None
         stored = await self._store.get(key)  # the other node may have ended meanwhile
         if stored is None:
             raise ApiError(
@@ -125,24 +129,31 @@ class Idempotency:
             )
         return stored
 
-    async def _begun_soon(self, key: str) -> StoredAnswer | None:
+    async def _begun_soon(self, key: str, keyed: KeyedRequest) -> StoredAnswer | None:
         """The stored answer. None: there is none, or it cannot be read within a moment."""
         try:
             async with asyncio.timeout(STORED_WITHIN_S):
-                return await self._begun(key)
+                return await self._begun(key, keyed)
         except (TimeoutError, StorageError, ApiError):
             log.warning("Idempotency-Key not read: the command is sent")
             return None
 
-    async def _keep_soon(self, keyed: KeyedRequest, response: web.StreamResponse) -> None:
-        """As `_keep`; if the disk takes longer than a moment, it goes on after the response."""
-        task = begin_task(self._keep(keyed, response), "response kept")
-        self._keeping.add(task)
-        task.add_done_callback(self._keeping.discard)
+    async def _soon(self, work: Coroutine[Any, Any, None], name: str) -> None:
+        """If the disk takes longer than a moment, `work` goes on after the response."""
+        task = begin_task(work, name)
+        self._storing.add(task)
+        task.add_done_callback(self._storing.discard)
         await asyncio.wait({task}, timeout=STORED_WITHIN_S)
 
     async def _claimed(self, key: str) -> bool:
         return self._claims is None or await self._claims.claim(key)
+
+    async def _undo(self, key: str, keyed: KeyedRequest) -> None:
+        """Nothing was done: the key may be used again."""
+        if keyed.is_claimed:
+            await self._release(key)
+        if keyed.committed is not None:
+            await self._forget(key)
 
     async def _release(self, key: str) -> None:
         if self._claims is None:

@@ -16,6 +16,7 @@ from app.domain.errors import StorageError
 from app.domain.ports.stores import AnswerStore, StoredAnswer
 from app.domain.vehicle.state import FlightMode
 from tests.support.asking_drop import asked, flying_to_consent
+from tests.support.fakes import MemoryClaims
 from tests.support.runs_api import create, plan_id, reaches
 from tests.support.service_in_process import Service, run_service
 
@@ -148,3 +149,29 @@ async def test_a_key_does_not_hold_back_a_consent(
                     "POST", f"{API}/runs/{flown}/drops/drop/consent", json=said, headers=KEY
                 )
                 assert (status, run["drops"][0]["consent"]["state"]) == (200, "granted")
+
+
+class HangingClaims(MemoryClaims):
+    """ClaimStore whose server stops answering once a key is claimed."""
+
+    async def release(self, key: str) -> None:
+        await asyncio.Event().wait()
+
+
+async def test_a_key_does_not_hold_back_the_refusal_of_a_pause(tmp_path: Path) -> None:
+    async with run_service(tmp_path, change=lambda services: replace(services, claims=HangingClaims())) as service:
+        async with asyncio.timeout(10.0):
+            for _ in range(2):
+                status, _, problem = await service.call("POST", f"{API}/runs/none/pause", headers=KEY)
+                assert (status, problem["code"]) == (404, "resource.not_found")
+
+
+async def test_a_refused_pause_releases_its_own_claim_and_no_other(tmp_path: Path) -> None:
+    claims = MemoryClaims()
+    async with run_service(tmp_path, change=lambda services: replace(services, claims=claims)) as service:
+        await service.call("POST", f"{API}/runs/none/pause", headers=KEY)
+        assert claims.released == claims.claimed
+        assert len(claims.claimed) == 1
+        claims.keys.update(claims.claimed)  # another node begins with it
+        await service.call("POST", f"{API}/runs/none/pause", headers=KEY)
+        assert claims.keys == set(claims.claimed)

@@ -130,15 +130,20 @@ class MemoryFlightLog:
 
 
 class MemoryClaims:
-    """ClaimStore in a set, shared by the nodes of a cluster."""
+    """ClaimStore in a set, shared by the nodes of a cluster. It also has what was ever claimed and released."""
 
     def __init__(self) -> None:
         self.keys: set[str] = set()
+        self.claimed: list[str] = []
+        self.released: list[str] = []
 
     async def claim(self, key: str) -> bool:
         is_new = key not in self.keys
         self.keys.add(key)
+        if is_new:
+            self.claimed.append(key)
         return is_new
 
     async def release(self, key: str) -> None:
         self.keys.discard(key)
+        self.released.append(key)
