@@ -119,8 +119,10 @@ class LinkGuard:
         """
         try:
             self._held = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-            self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as mavsdk does: both may have it
             self._held.bind((LOOPBACK, 0))
+            # after bind: Linux gives sockets that have it already the same port now and then, so that two connections
+            # would hand their vehicles to one mavsdk. It lets mavsdk, which sets it too, have the port beside this
+            self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._mavsdk = self._held.getsockname()
             await self._transport.open()
         except OSError as error:
