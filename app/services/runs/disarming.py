@@ -50,6 +50,10 @@ class EndDisarming:
         try:
             await self._recorder.flush_within(STORED_WITHIN_S)
             await self._link.hold_disarmed()
+        except asyncio.CancelledError:
+            self._answer(CommandOutcome.UNKNOWN, "broken off", of=RunCommandName.HOLD)
+            await self._recorder.flush_within(STORED_WITHIN_S)  # nothing follows: the run is over
+            raise
         except WaydropError as error:
             self._answer(CommandOutcome.FAILED, error.detail, of=RunCommandName.HOLD)
         else:

@@ -163,3 +163,19 @@ async def test_a_vehicle_that_landed_in_another_mode_is_left_in_it() -> None:
         await service.until_state(RunState.COMPLETED)
         await service.until(lambda: not service.runs.open_runs(), "its vehicle is let go")
         assert "hold_disarmed" not in service.vehicle.sent
+
+
+async def test_a_hold_at_the_end_that_is_broken_off_is_told_as_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    never = asyncio.Event()
+
+    async def hold_disarmed() -> None:
+        await never.wait()
+
+    async with run_service("multicopter-embedded.json") as service:
+        await _in_the_air(service)
+        monkeypatch.setattr(service.vehicle, "hold_disarmed", hold_disarmed)
+        service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
+        service.vehicle.put(mode=FlightMode.MISSION)
+        await service.until(lambda: "run.command" in service.kinds()[-1:], "Hold must be commanded")
+        await service.runs.close()
+        assert [ack.outcome for ack in _answers(service, RunCommandName.HOLD)] == [CommandOutcome.UNKNOWN]
