@@ -21,10 +21,13 @@ from tests.support.plan_pieces import HOME, facts
 
 PLANS = sorted((PLANS).glob("*.json"))
 NAMES = sorted({name for one in VehicleType for name in default_facts(one).parameters})
+LARGEST, SMALLEST = 3.4028234663852886e38, 1.401298464324817e-45
+"""Of the float32 in which PARAM_VALUE carries a parameter. One that is not finite is not decoded."""
+EXTREMES = [-1.0, 0.0, LARGEST, -LARGEST, SMALLEST, -SMALLEST]
 VALUES = st.one_of(
-    st.sampled_from([-1.0, 0.0, 1e-9, 1e9, -1e9, 3.4e38]),
-    st.floats(allow_nan=False, allow_infinity=False),
-    st.integers(),
+    st.sampled_from([*EXTREMES, 1e-9, 1e9, -1e9]),
+    st.floats(allow_nan=False, allow_infinity=False, width=32),
+    st.integers(min_value=-(2**31), max_value=2**32 - 1),
 )
 
 
@@ -46,11 +49,13 @@ def test_any_parameters_have_a_prediction_and_findings(path: Path, parameters: d
 
 
 @pytest.mark.parametrize("path", PLANS, ids=lambda path: path.stem)
-@pytest.mark.parametrize("value", [-1.0, 0.0, 3.4e38])
+@pytest.mark.parametrize("value", EXTREMES)
 def test_each_parameter_by_itself_may_be_anything(path: Path, value: float) -> None:
     plan = plan_in(path)
     for name in default_facts(plan.vehicle_type).parameters:
-        assert math.isfinite(predict(plan, facts(plan.vehicle_type.value, home=HOME, **{name: value})).duration_s), name
+        own = facts(plan.vehicle_type.value, home=HOME, **{name: value})
+        assert math.isfinite(predict(plan, own).duration_s), name
+        check_plan(plan, own)
 
 
 @pytest.mark.parametrize("unlimited", [-1.0, 0.0])
