@@ -20,7 +20,9 @@ _COMMAND_ERRORS = (*STORED, "state.conflict", "vehicle.refused", "vehicle.link",
 _ACCEPTED = Answer(202, "The vehicle after it entered the mode", VehicleView, headers=("Location",))
 
 
-@ROUTES.route("GET", "/vehicles", Role.VIEWER, Answer(200, "The vehicles", VehiclesView))
+@ROUTES.route(
+    "GET", "/vehicles", Role.VIEWER, Answer(200, "Those that have connected since the service started", VehiclesView)
+)
 async def list_vehicles(call: Call[NoQuery, Empty]) -> web.Response:
     """List vehicles."""
     return json_answer(VehiclesView(vehicles=list(call.services.fleet.vehicles())))

@@ -51,7 +51,6 @@ class FleetVehicle:
     declared: PerformanceRegistry
     quarantined: Reason | None = None
     run_id: str | None = None
-    announced: bool = False
     unsubscribe: Unsubscribe = field(default=lambda: None)
     _offboard: OffboardObserver | None = None
 
@@ -202,7 +201,10 @@ class Fleet:
         found = self._vehicles.get(vehicle_id)
         if found is None:
             known = ", ".join(sorted(self._vehicles, key=_by_number)) or "none yet"
-            raise NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
+            raise NotFoundError(
+                f"no vehicle {vehicle_id!r} has connected since the service started",
+                hint=f"connected so far: {known}. Of one that is off, runs and jobs are listed",
+            )
         return found
 
     def link(self, vehicle_id: str) -> VehicleLink:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
@@ -9,7 +11,7 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem
 from app.domain.vehicle.state import FlightMode
 from app.services.access import Role
-from tests.support.service_in_process import Service, until
+from tests.support.service_in_process import Service, run_service, until
 
 
 async def test_all_vehicles_and_each_one_are_shown(service: Service) -> None:
@@ -24,6 +26,23 @@ async def test_an_unknown_vehicle_is_404_and_the_hint_names_the_known_ones(servi
     status, _, problem = await service.call("GET", "/api/v1/vehicles/v9")
     assert (status, problem["code"]) == (404, "resource.not_found")
     assert f"{service.v1}, {service.v2}" in problem["hint"]
+
+
+async def test_a_vehicle_that_is_off_after_a_restart_is_said_to_be_away_and_not_to_be_unknown(tmp_path: Path) -> None:
+    """Its queue and its runs are still told: "no vehicle" would contradict them."""
+    async with run_service(tmp_path) as service:
+        off = service.v2
+        assert (await service.call("POST", f"/api/v1/job-queues/{off}/stop"))[0] == 200
+    async with run_service(tmp_path, links=1) as service:
+        _, _, queues = await service.call("GET", "/api/v1/job-queues")
+        assert off in [vehicle["queue"]["vehicle_id"] for vehicle in queues["vehicles"]]
+        _, _, listed = await service.call("GET", "/api/v1/vehicles")
+        assert [vehicle["id"] for vehicle in listed["vehicles"]] == [service.v1]
+        for method, path in (("GET", ""), ("POST", "/hold")):
+            status, _, problem = await service.call(method, f"/api/v1/vehicles/{off}{path}")
+            assert (status, problem["code"]) == (404, "resource.not_found")
+            assert "has connected since the service started" in problem["detail"]
+            assert "runs and jobs are listed" in problem["hint"]
 
 
 @pytest.mark.parametrize(("action", "mode"), [("hold", "hold"), ("return", "return"), ("land", "land")])

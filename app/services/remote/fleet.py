@@ -219,7 +219,10 @@ class RemoteFleet:
 
     def _unknown(self, vehicle_id: str) -> NotFoundError:
         known = ", ".join(view.id for view in self.vehicles()) or "none yet"
-        return NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
+        return NotFoundError(
+            f"no vehicle {vehicle_id!r} is reported by a gateway",
+            hint=f"reported: {known}. Of one that is off since its gateway started, runs and jobs are listed",
+        )
 
     def require_usable(self, vehicle_id: str) -> None:
         if self.view(vehicle_id).quarantined is not None:

@@ -8933,7 +8933,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The vehicles */
+            /** @description Those that have connected since the service started */
             200: {
                 headers: {
                     [name: string]: unknown;
