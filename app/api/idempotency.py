@@ -64,9 +64,9 @@ class Idempotency:
     vehicle may have got, although it did not say so, stays: the run tells what came of it.
 
     A key is scoped to one token and one path. A second request with the same key waits for the first. With `claims`,
-    it is refused while the first is in progress on another node, or if the outcome of the first is unknown. Urgent
-    ones are carried out then, and if the disk does not answer: a pause that is sent twice does no harm, nor does a
-    consent.
+    it is refused while the first is in progress on another node, or if the outcome of the first is unknown: also if
+    that node died before it did anything, which nobody can tell from a call that is on its way. Urgent ones are carried
+    out then, and if the disk does not answer: a pause that is sent twice does no harm, nor does a consent.
     """
 
     def __init__(self, store: AnswerStore, claims: ClaimStore | None = None) -> None:
@@ -125,7 +125,8 @@ class Idempotency:
             raise ApiError(
                 "idempotency.outcome_unknown",
                 "a request with this Idempotency-Key is in progress on another node, or its outcome is unknown",
-                hint="repeat it later; if it stays unknown, look at what was created, then use a new key",
+                hint="repeat it; if it is still unknown a minute after it was first sent, read what it was to create "
+                "or change, and send it with a new key only if that was not done. This key is refused for a day",
             )
         return stored
 

@@ -213,6 +213,8 @@ async def test_a_request_whose_outcome_is_unknown_is_never_repeated(
             status, headers, problem = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
             assert (status, problem["code"]) == (409, "idempotency.outcome_unknown")
             assert headers["Retry-After"] == "5"
+            assert "a minute after" in problem["hint"], "a client can tell how long to repeat it"
+            assert "new key only if that was not done" in problem["hint"], "and how it goes on then"
         assert plans.begun == 1
 
 

@@ -264,7 +264,7 @@ class TokenStore(Protocol):
 
 
 class ClaimStore(Protocol):
-    """Requests with an Idempotency-Key that were begun, on any API node of a cluster; dropped after a day.
+    """Requests with an Idempotency-Key that were begun, on any API node of a cluster; dropped after a day, as answers.
 
     Its store tells how old they are, not the clock of a node, which may jump.
     """
