@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from typing import Annotated
 
 import typer
@@ -11,6 +10,7 @@ from rich.table import Table
 from app.cli.runs import JsonOption
 from app.cli.service_client import Query, ServerOption, TokenOption, parsed, with_client
 from app.cli.terminal import err, out, write_json
+from app.cli.times import date_and_time, time_option
 from app.domain.audit import AuditEntry, AuditOutcome
 
 PAGE = 500
@@ -22,9 +22,9 @@ def audit(
     actor: Annotated[str | None, typer.Option(metavar="NAME", help="Actor: show only its entries.")] = None,
     outcome: Annotated[AuditOutcome | None, typer.Option(help="How it ended.")] = None,
     since: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Show entries since this time, such as 2026-05-01T00:00:00Z.")
+        str | None, time_option("Show entries since this time, such as 2026-05-01T00:00:00Z, or Unix seconds.")
     ] = None,
-    until: Annotated[str | None, typer.Option(metavar="TIME", help="Before it.")] = None,
+    until: Annotated[str | None, time_option("Show entries before this time.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=100_000, help="Maximum number of results, newest first.")] = 20,
     as_json: JsonOption = False,
 ) -> None:
@@ -44,9 +44,8 @@ def _table(entries: list[AuditEntry]) -> Table:
     for column in ("time", "who", "from", "action", "on", "outcome"):
         table.add_column(column)
     for entry in entries:
-        time = datetime.fromtimestamp(entry.time).strftime("%Y-%m-%d %H:%M:%S")
         outcome = entry.outcome.value + (f": {entry.code}" if entry.code else "")
         times = f" ({entry.count} times)" if entry.count > 1 else ""
         who, address = entry.actor or "-", entry.address or "-"
-        table.add_row(time, who, address, entry.action, entry.target, outcome + times)
+        table.add_row(date_and_time(entry.time), who, address, entry.action, entry.target, outcome + times)
     return table

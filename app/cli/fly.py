@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+import signal
+from collections.abc import AsyncIterator, Coroutine
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
@@ -117,14 +118,23 @@ def fly(
 ) -> None:
     """Fly a plan and follow it. Exit status 0 only if every drop was released and the run completed.
 
-    Ctrl-C stops following: the flight goes on.
+    Ctrl-C and SIGTERM stop following: the flight goes on.
     """
     given = wind_given(wind)
     plan = read_plan(file)
     least = STRICT if strict and certainty is Certainty.INFERRED else certainty
     view: JsonView | TerminalView = JsonView() if as_json else TerminalView(out())
     with view:
-        raise typer.Exit(asyncio.run(fly_and_follow(plan, vehicle, server, token, least, view, given)))
+        following = fly_and_follow(plan, vehicle, server, token, least, view, given)
+        raise typer.Exit(asyncio.run(_until_sigterm(following)))
+
+
+async def _until_sigterm(following: Coroutine[Any, Any, ExitStatus]) -> ExitStatus:
+    """SIGTERM cancels it, as asyncio.run does at Ctrl-C."""
+    task = asyncio.create_task(following)
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    await asyncio.wait({task})
+    return ExitStatus.TERMINATED if task.cancelled() else task.result()
 
 
 async def fly_and_follow(
@@ -148,21 +158,22 @@ async def fly_and_follow(
             raise  # it stands on the ground
         except (asyncio.CancelledError, WaydropError) as error:
             if follower.run is not None or isinstance(error, asyncio.CancelledError):
-                _print_left_run(follower.run.id if follower.run else None)
+                _print_left_run(follower.run)
             raise
         assessment = assess(run, least=least)
         view.ended(run, assessment)
         return ExitStatus.OK if assessment.achieved else ExitStatus.NOT_ACHIEVED
 
 
-def _print_left_run(run_id: str | None) -> None:
-    if run_id is None:
+def _print_left_run(run: Run | None) -> None:
+    if run is None:
         err().print(
             "\n[yellow]interrupted while the run was being created:[/] check with `waydrop runs` whether it exists"
         )
         return
-    name = escape(run_id)
+    name, state = escape(run.id), run.state.value.replace("_", " ")
+    at = f" (item {escape(run.item_id)})" if run.item_id else ""
     err().print(
-        f"\n[yellow]stopped following; the flight continues.[/] Show it with `waydrop runs show {name}`, "
-        f"return it with `waydrop runs return {name}`"
+        f"\n[yellow]stopped following; the flight continues.[/] Last known: {state}{at}. "
+        f"Show it with `waydrop runs show {name}`, return it with `waydrop runs return {name}`"
     )

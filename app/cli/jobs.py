@@ -16,6 +16,7 @@ from app.cli.plan_report import WindOption, read_plan, wind_given
 from app.cli.runs import JsonOption
 from app.cli.service_client import Query, ServerOption, TokenOption, parsed, with_client
 from app.cli.terminal import ExitStatus, err, out, write_json
+from app.cli.times import time_option
 from app.domain.jobs.job import Candidate, Job, JobState, Refusal
 from app.domain.jobs.queue import QueuePosition
 from app.domain.reasons import describe
@@ -77,7 +78,6 @@ def _time(seconds: float | None) -> str:
 jobs_app = typer.Typer(help="Queue plans for one vehicle or any suitable one.", no_args_is_help=True)
 JobArgument = Annotated[str, typer.Argument(metavar="JOB", help="The job's id.")]
 VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle's id.")]
-TIME = "TIME"
 
 
 class PlaceOption(StrEnum):
@@ -101,8 +101,8 @@ def add(
     min_battery: Annotated[
         float, typer.Option("--min-battery", min=0, max=100, help="Minimum battery charge in percent.")
     ] = LEAST_BATTERY_PERCENT,
-    not_before: Annotated[str | None, typer.Option(metavar=TIME, help="Begin then: 2026-05-01T08:00:00Z.")] = None,
-    deadline: Annotated[str | None, typer.Option(metavar=TIME, help="The latest start.")] = None,
+    not_before: Annotated[str | None, time_option("Begin then: 2026-05-01T08:00:00Z, or Unix seconds.")] = None,
+    deadline: Annotated[str | None, time_option("The latest start.")] = None,
     wind: WindOption = None,
     priority: Annotated[int, typer.Option(min=-100, max=100, help="Higher priorities come first.")] = 0,
     auto_start: Annotated[

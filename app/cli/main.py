@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import errno
 import sys
 from io import TextIOWrapper
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, ClassVar, Final, TextIO, cast
 
 import typer
 
 from app import __version__
 from app.cli.lazy import LazyCommand, LazyGroup
-from app.cli.terminal import count, err, out, output_error, show_error, status_of
+from app.cli.terminal import Output, count, err, out, show_error, status_of
 from app.domain.errors import WaydropError
 
 _ALL_TO_THE_SIMULATOR: Final = {
@@ -126,20 +125,15 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # names and arrows, for a terminal of few characters
+    if sys.stdout is not None:
+        sys.stdout = cast("TextIO", Output(sys.stdout))  # also for what is written without our consoles, as --help is
     try:
         app(prog_name="waydrop")
     except WaydropError as error:
         _show(error)
         sys.exit(status_of(error))
-    except OSError as error:
-        if error.errno not in _OF_OUTPUT:
-            raise
-        failed = output_error(error)  # of what is written without our consoles, such as --help
-        _show(failed)
-        sys.exit(status_of(failed))
 
 
-_OF_OUTPUT: Final = {errno.ENOSPC, errno.EPIPE, errno.EBADF, errno.EFBIG, errno.EIO, errno.EDQUOT}
 _UNFIT: Final = {"plan.invalid": "this is not a valid plan", "conversion.refused": "this cannot be converted to a plan"}
 
 

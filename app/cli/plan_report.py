@@ -39,6 +39,8 @@ def read_file(path: Path) -> bytes:
     """The bytes of a file, or of standard input if the path is `-`. Raises PlanFileError."""
     try:
         if str(path) == "-":
+            if sys.stdin is None:
+                raise PlanFileError("standard input is closed", hint="name a file, or send the plan to the command")
             return sys.stdin.buffer.read(MAX_BYTES + 1)
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)

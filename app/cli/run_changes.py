@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +11,7 @@ from app.cli.plan_report import WindOption, read_file, read_plan, wind_given
 from app.cli.run_view import drops_table
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, parsed, with_client
 from app.cli.terminal import err, out
+from app.cli.times import clock_time
 from app.domain.drop.consent import Answer, ConsentState
 from app.domain.drop.record import DropRecord
 from app.domain.errors import ConsentNotAskedError, InvalidInputError
@@ -49,9 +49,7 @@ def consent_line(drop: DropRecord) -> str | None:
         return None
     until = ""
     if consent.state is ConsentState.ASKED and consent.deadline_at is not None:
-        until = (
-            f" as request {consent.question} until {datetime.fromtimestamp(consent.deadline_at).strftime('%H:%M:%S')}"
-        )
+        until = f" as request {consent.question} until {clock_time(consent.deadline_at)}"
     actor = f" by {consent.answered_by}" if consent.answered_by else ""
     said = consent.comment or describe(consent.reason)
     why = f": {said}" if said else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import datetime
 from types import TracebackType
 from typing import Final, Protocol, Self
 
@@ -14,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from app.cli.terminal import write_json
+from app.cli.times import clock_time
 from app.domain.delivery.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import Event, RunPayload, ServicePayload, VehiclePayload, service, vehicle
@@ -84,7 +84,7 @@ def run_line(event: Event) -> Text | None:
         line = _of_service(payload)
     if line is None:
         return None
-    clock = datetime.fromtimestamp(event.time).strftime("%H:%M:%S")
+    clock = clock_time(event.time)
     return Text.assemble((f"{clock} ", "dim"), line)
 
 
@@ -217,7 +217,7 @@ def _drop(drop: DropRecord) -> Text:
 def _consent(event: Event, consent: events.DropConsentAsked | events.DropConsentClosed) -> Text:
     drop = consent.plan_item_id
     if isinstance(consent, events.DropConsentAsked):
-        until = datetime.fromtimestamp(consent.deadline_at or event.time).strftime("%H:%M:%S")
+        until = clock_time(consent.deadline_at or event.time)
         answer = f"waydrop runs consent {event.run_id} {drop} --question {consent.question} --grant or --refuse"
         return Text(f"drop {drop} requests consent until {until}: {answer}", style="bold magenta")
     actor = f" by {consent.actor}" if consent.actor else ""

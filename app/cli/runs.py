@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -15,6 +14,7 @@ from app.cli.run_changes import answer_consent, change_mission, consent_line, co
 from app.cli.run_view import drops_table, show_comparison
 from app.cli.service_client import Query, ServerOption, ServiceClient, TokenOption, parsed, with_client
 from app.cli.terminal import err, out, write_json
+from app.cli.times import date_and_time, time_option
 from app.domain.delivery.comparison import Comparison
 from app.domain.errors import InvalidInputError
 from app.domain.reasons import describe
@@ -132,7 +132,7 @@ def runs_table(rows: list[Run]) -> Table:
             run.vehicle_id,
             run.item_id or "",
             ", ".join(f"{drop.plan_item_id} {drop.outcome.value}" for drop in run.drops),
-            datetime.fromtimestamp(run.created_at).strftime("%Y-%m-%d %H:%M:%S"),
+            date_and_time(run.created_at),
         )
     return table
 
@@ -149,10 +149,9 @@ def list_filtered(
     plan: Annotated[str | None, typer.Option(metavar="ID", help="Runs of this plan.")] = None,
     open_only: Annotated[bool, typer.Option("--open", help="Only runs that have not ended.")] = False,
     since: Annotated[
-        str | None,
-        typer.Option(metavar="TIME", help="Created since this time, such as 2026-05-01T00:00:00Z, or Unix seconds."),
+        str | None, time_option("Created since this time, such as 2026-05-01T00:00:00Z, or Unix seconds.")
     ] = None,
-    until: Annotated[str | None, typer.Option(metavar="TIME", help="Created before this time.")] = None,
+    until: Annotated[str | None, time_option("Created before this time.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=100_000, help="Maximum number of results, newest first.")] = 20,
     as_json: JsonOption = False,
     as_csv: Annotated[bool, typer.Option("--csv", help="A table for spreadsheets.")] = False,

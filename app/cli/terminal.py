@@ -34,6 +34,8 @@ class ExitStatus(IntEnum):
     """Standard output cannot be written: a full disk, a closed pipe. What was asked for may have been done."""
     INTERRUPTED = 130
     """Ctrl-C. A flight that is only followed continues."""
+    TERMINATED = 143
+    """SIGTERM, likewise."""
 
 
 _BY_CODE: Final = {
@@ -101,19 +103,24 @@ class _ShownOnly(RenderHook):
         return [one if isinstance(one, Control) else _Shown(one) for one in renderables]
 
 
-class _Output:
+class Output:
     """Standard output, whose errors are OutputErrors: others would be taken for defects, or end with status 1."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
+        self._failure: OSError | None = None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> None:
+        """Fails again once it failed: click asks by a write what the stream takes, and forgets the error."""
         try:
+            if self._failure is not None:
+                raise self._failure
             self._stream.write(text)
         except OSError as error:
+            self._failure = error
             self._failed(error)
 
     def flush(self) -> None:
@@ -123,24 +130,20 @@ class _Output:
             self._failed(error)
 
     def _failed(self, error: OSError) -> None:
-        raise output_error(error) from error
+        """Nothing more is written to it: Python would try again at its end."""
+        with suppress(OSError), open(os.devnull, "w") as nowhere:
+            os.dup2(nowhere.fileno(), self._stream.fileno())
+        raise OutputError(
+            f"standard output cannot be written: {error.strerror or error}",
+            hint="what the command asked for may have been done",
+        ) from error
 
 
-class _ErrorOutput(_Output):
+class _ErrorOutput(Output):
     """Standard error. What is said about a result and cannot be written is no failure of the command."""
 
     def _failed(self, error: OSError) -> None:
         pass
-
-
-def output_error(error: OSError) -> OutputError:
-    """The error of standard output, to which nothing more is written: Python would try again at its end."""
-    with suppress(OSError), open(os.devnull, "w") as nowhere:
-        os.dup2(nowhere.fileno(), sys.stdout.fileno())
-    return OutputError(
-        f"standard output cannot be written: {error.strerror or error}",
-        hint="what the command asked for may have been done",
-    )
 
 
 def out() -> Console:
@@ -151,7 +154,7 @@ def out() -> Console:
     """
     if sys.stdout is None:
         raise OutputError("standard output is closed", hint="redirect it to a file or to /dev/null")
-    return _console(_Output(sys.stdout), is_error=False)
+    return _console(Output(sys.stdout), is_error=False)
 
 
 def err() -> Console:
@@ -159,7 +162,7 @@ def err() -> Console:
     return _console(_ErrorOutput(sys.stderr or open(os.devnull, "w")), is_error=True)
 
 
-def _console(stream: _Output, *, is_error: bool) -> Console:
+def _console(stream: Output, *, is_error: bool) -> Console:
     file = cast("TextIO", stream)
     console = Console(file=file, stderr=is_error, highlight=False, emoji=False, soft_wrap=True, width=_width(file))
     console.push_render_hook(_ShownOnly())

@@ -38,6 +38,16 @@ async def test_runs_are_listed_by_the_filters_of_the_service(service: Service, p
     assert (none.exit_code, none.stdout, "no such runs" in none.stderr) == (0, "", True)
 
 
+@pytest.mark.parametrize("command", ["runs list --since", "runs list --until", "audit --since", "audit --until"])
+async def test_a_time_that_is_none_is_told_as_the_option_that_it_is(service: Service, command: str) -> None:
+    refused = await waydrop(service, *command.split(), "2026-05-01T08:00:00")
+    assert refused.exit_code == 2
+    said = " ".join(refused.stderr.replace("\u2502", " ").split())  # in a frame
+    assert f"Invalid value for '{command.split()[-1]}'" in said
+    assert "not a valid time with a UTC offset" in said
+    assert "query parameter" not in said
+
+
 async def test_a_long_list_is_fetched_page_by_page_and_csv_has_one_heading(
     service: Service, plan: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

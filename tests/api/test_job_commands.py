@@ -32,6 +32,13 @@ def refusal(result: Result) -> str:
     return result.exception.code
 
 
+@pytest.mark.parametrize("option", ["--not-before", "--deadline"])
+async def test_a_time_that_is_none_is_told_as_the_option_that_it_is(service: Service, option: str) -> None:
+    refused = await waydrop(service, "jobs", "add", "plan-1", option, "tomorrow")
+    assert refused.exit_code == 2
+    assert f"Invalid value for '{option}'" in " ".join(refused.stderr.split())
+
+
 async def test_a_plan_is_checked_queued_moved_shown_and_cancelled(service: Service, tmp_path: Path) -> None:
     file = tmp_path / "route.json"
     file.write_text(json.dumps(ROUTE))

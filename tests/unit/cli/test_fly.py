@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import signal
+import sys
 from typing import Any
 
 import pytest
@@ -95,6 +98,27 @@ async def test_a_cut_connection_is_told_and_the_flight_followed_on(plan: Plan) -
         assert await fly(service, plan, view) == 0
     assert [seen.seq for seen in view.events] == [1, 2, 13]
     assert any("the flight continues" in note for note in view.notes)
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+async def test_whoever_ends_the_command_is_told_what_it_last_knew_and_that_the_flight_goes_on(
+    number: signal.Signals, status: int
+) -> None:
+    flying = a_run(RunState.FLYING).model_copy(update={"item_id": "clinic"})
+    async with ScriptedService([changed(1, flying)], run=a_run(RunState.CREATED)).serving() as service:
+        command = (*["-m", "app", "fly", "plans/clinic-run.json", "--vehicle", "v1", "--json", "--server"], service.url)
+        pipe = asyncio.subprocess.PIPE
+        process = await asyncio.create_subprocess_exec(sys.executable, *command, cwd=ROOT, stdout=pipe, stderr=pipe)
+        assert process.stdout is not None
+        async for line in process.stdout:
+            if b"run.changed" in line:
+                break
+        process.send_signal(number)
+        _, told = await process.communicate()
+    assert process.returncode == status, told
+    said = " ".join(told.decode().split())
+    assert "the flight continues. Last known: flying (item clinic)." in said
+    assert "`waydrop runs return r1`" in said
 
 
 async def test_events_of_other_runs_are_not_shown(plan: Plan) -> None:

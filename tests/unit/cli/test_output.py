@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -9,14 +10,19 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.main import main
 from tests.support.paths import ROOT
 
 GOOD = str(ROOT / "plans" / "clinic-run.json")
 
 
 def waydrop(*arguments: str, stdout: int, **environment: str) -> subprocess.CompletedProcess[str]:
+    return run("-m", "app", *arguments, stdout=stdout, **environment)
+
+
+def run(*arguments: str, stdout: int, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "app", *arguments],
+        [sys.executable, *arguments],
         cwd=ROOT,
         env={**os.environ, "NO_COLOR": "1", **environment},
         stdout=stdout,
@@ -37,15 +43,44 @@ def test_a_full_disk_is_told_without_a_traceback(arguments: tuple[str, ...]) -> 
     assert "Traceback" not in ended.stderr
 
 
-def test_a_closed_pipe_is_no_failure_of_a_plan() -> None:
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_is_told_of_what_is_not_written_by_our_consoles(unbuffered: str) -> None:
+    """As a table for spreadsheets."""
+    work = 'import app.cli.main as main; main.app = lambda **_: main.typer.echo("run,state"); main.main()'
+    with open("/dev/full", "wb") as full:
+        ended = run("-c", work, stdout=full.fileno(), PYTHONUNBUFFERED=unbuffered)
+    assert (ended.returncode, "output.failed" in ended.stderr) == (5, True), ended.stderr
+
+
+def test_a_closed_standard_input_is_told() -> None:
+    work = 'import sys; sys.stdin = None; sys.argv[1:] = ["validate", "-"]; import app.cli.main as main; main.main()'
+    ended = run("-c", work, stdout=subprocess.DEVNULL)
+    assert (ended.returncode, "standard input is closed" in ended.stderr) == (2, True), ended.stderr
+
+
+@pytest.mark.parametrize("arguments", [("validate", GOOD), ("--help",)])
+def test_a_closed_pipe_is_no_failure_of_a_plan(arguments: tuple[str, ...]) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     try:
-        ended = waydrop("validate", GOOD, stdout=writing)
+        ended = waydrop(*arguments, stdout=writing)
     finally:
         os.close(writing)
     assert ended.returncode == 5, ended.stderr
     assert "Broken pipe" in ended.stderr
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EIO, errno.EBADF])
+def test_an_error_of_another_file_is_not_told_as_one_of_standard_output(
+    number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(**_: object) -> None:
+        raise OSError(number, os.strerror(number), "a file of a defective disk")
+
+    monkeypatch.setattr(sys, "stdout", sys.stdout)  # main changes it
+    monkeypatch.setattr("app.cli.main.app", fails)
+    with pytest.raises(OSError, match="a file of a defective disk"):
+        main()
 
 
 def test_a_secret_that_cannot_be_written_is_told_as_lost(tmp_path: Path) -> None:
