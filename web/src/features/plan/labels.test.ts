@@ -115,6 +115,14 @@ describe("the prediction", () => {
     expect(formatTotal({ ...timeline, battery_used_percent: 23.2 })).toBe("3 min 20 s · 840 m · 23% of the battery");
   });
 
+  it("says that more is flown than is predicted", () => {
+    const cut = { ...timeline, truncated: true, battery_used_percent: 23.2 };
+    expect(formatTotal(cut)).toBe(
+      "more than 3 min 20 s · more than 840 m · more than 23% of the battery · only the first 2 visits are predicted",
+    );
+    expect(formatArrival(cut, "a")).toBe("after 1 min 05 s (at least 2 visits)");
+  });
+
   it("says that no wind was given", () => {
     const assumed = { ...timeline, wind: { ...timeline.wind, given: false } };
     expect(formatTotal(assumed)).toBe("3 min 20 s · 840 m · without wind");

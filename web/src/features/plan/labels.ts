@@ -62,20 +62,26 @@ export function formatArrival(timeline: Timeline | null, itemId: string): string
   const visits = timeline?.entries.filter((entry) => entry.item_id === itemId) ?? [];
   const last = visits.at(-1);
   if (last === undefined) return "";
-  return `after ${formatDuration(Math.round(last.end_s))}${visits.length > 1 ? ` (${visits.length} visits)` : ""}`;
+  const least = timeline?.truncated ? "at least " : "";
+  const often = visits.length > 1 ? ` (${least}${visits.length} visits)` : "";
+  return `after ${formatDuration(Math.round(last.end_s))}${often}`;
 }
 
 /**
- * The whole flight: "3 min 20 s · 840 m · 23% of the battery". Says so if no wind was given.
+ * The whole flight: "3 min 20 s · 840 m · 23% of the battery". Says so if no wind was given, or if only its first
+ * visits are predicted.
  */
 export function formatTotal(timeline: Timeline | null): string {
   if (timeline === null) return "";
   const end = timeline.open_ended ? ", open-ended" : "";
   const used = timeline.battery_used_percent;
-  const battery = used === null ? "" : ` · ${formatPercent(used)} of the battery`;
   const calm = timeline.wind.given ? "" : " · without wind";
+  const [more, cut] = timeline.truncated
+    ? ["more than ", ` · only the first ${countOf(timeline.entries.length, "visit")} are predicted`]
+    : ["", ""];
+  const battery = used === null ? "" : ` · ${more}${formatPercent(used)} of the battery`;
   const duration = formatDuration(Math.round(timeline.duration_s));
-  return `${duration}${end} · ${formatDistance(timeline.distance_m)}${battery}${calm}`;
+  return `${more}${duration}${end} · ${more}${formatDistance(timeline.distance_m)}${battery}${calm}${cut}`;
 }
 
 /** How a drop is predicted to act: where before the point, how fast, how far the parcel flies on. */
