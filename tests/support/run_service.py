@@ -32,6 +32,7 @@ from tests.support.paths import PLANS
 from tests.support.scripted_link import FAST, ScriptedVehicle
 
 WITHIN_S = 30.0
+SOME_LOOKS = 10
 
 
 @dataclass
@@ -122,6 +123,11 @@ class RunService:
                 while not what():
                     await asyncio.sleep(0.005)
         assert what(), f"{promise}; the run is {self.run.state.value} ({self.run.reason}), drops {self.run.drops}"
+
+    async def some_looks(self) -> None:
+        """Wait until the vehicle was looked at some more times: what must not happen has its chance to."""
+        enough = self.vehicle.looks + SOME_LOOKS
+        await self.until(lambda: self.vehicle.looks >= enough, "the vehicle must be looked at")
 
     async def until_state(self, *states: RunState) -> None:
         await self.until(lambda: self.run.state in states, f"the run must become {[s.value for s in states]}")

@@ -31,7 +31,8 @@ async def test_a_rover_that_drives_is_landed_once_it_stands_in_hold() -> None:
     landing = asyncio.create_task(land_here(rover))
     await until(lambda: rover.sent == ["hold"])
     rover.put(velocity_north_m_s=0.4)
-    await asyncio.sleep(0.2)
+    looks = rover.looks
+    await until(lambda: rover.looks > looks + 5)
     assert rover.sent == ["hold"]
     rover.put(velocity_north_m_s=0.1)
     await landing

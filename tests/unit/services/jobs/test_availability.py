@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 
 from app.domain.jobs.job import JobState
@@ -13,8 +11,6 @@ from app.services.jobs.availability import EARLIER_AT_ONCE
 from tests.support.job_examples import a_run
 from tests.support.job_service import JobService, job_service
 
-SOME_LOOKS_S = 0.1
-"""Ten looks of the queue: what must not happen has its chance to."""
 BROKEN_OFF = Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)
 
 
@@ -36,7 +32,7 @@ async def test_runs_that_a_restart_broke_off_do_not_hide_the_bad_one_before_them
         flown(service, BAD, *[broken_off(number) for number in range(count)])
         job = await service.order(vehicle="v1", auto_start=True)
         await service.until(lambda: bool(service.events.queues), "the queue must be stopped")
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert (service.job(job).state, service.armed()) == (JobState.QUEUED, 0)
         assert "run bad ended" in describe(service.events.queues["v1"].reason)
         await service.jobs.resume("v1", "ward 3")

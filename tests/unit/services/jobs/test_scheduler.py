@@ -18,9 +18,6 @@ from tests.support.job_service import PROMPT, JobService, job_service
 from tests.support.scheduled_jobs import at, lease
 from tests.support.scripted_link import ScriptedVehicle
 
-SOME_LOOKS_S = 0.1
-"""Ten looks of the queue: what must not happen has its chance to."""
-
 
 def changes(service: JobService, job: Job) -> list[str]:
     """What the journal says has happened to a job."""
@@ -54,7 +51,7 @@ async def test_a_start_that_fails_on_the_ground_is_not_tried_again_by_itself() -
         job = await service.order(vehicle="v1", auto_start=True)
         await service.until(lambda: "arming denied" in describe(service.job(job).reason), "the reason must be told")
         tried = service.armed()
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert (service.armed(), service.job(job).state) == (tried, JobState.PREPARED)
         service.vehicles[0].arm_refusals = 0
         await service.runs.start(service.job(job).run_id or "")
@@ -95,7 +92,7 @@ async def test_a_clock_that_jumps_past_the_deadline_and_back_ends_no_job(
         job = await service.order(vehicle="v1", deadline=at(service, 600.0))
         await service.until_state(job, state)
         service.clock.ahead_s = 7200.0
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert service.job(job).state is JobState(state)
         service.clock.ahead_s = 0.0
         service.vehicles[0].put(connected=True)
@@ -110,7 +107,7 @@ async def test_no_job_is_started_while_the_clock_is_past_its_deadline(monkeypatc
         job = await service.order(vehicle="v1", auto_start=True, deadline=at(service, 600.0))
         service.clock.ahead_s = 601.0
         service.vehicles[0].put(connected=True)
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert (service.job(job).state, service.armed()) == (JobState.QUEUED, 0)
 
 
@@ -119,7 +116,7 @@ async def test_a_deadline_that_passes_in_flight_changes_nothing() -> None:
         job = await service.order(vehicle="v1", auto_start=True, deadline=at(service, 60.0))
         await service.until_state(job, "flying")
         service.clock.ahead_s = 61.0
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert service.job(job).state is JobState.FLYING
         assert "return" not in service.vehicles[0].sent
         assert (await service.fly(job)).state is JobState.COMPLETED
@@ -130,7 +127,7 @@ async def test_two_jobs_for_any_go_to_two_vehicles_and_a_third_waits_for_the_fir
         jobs = [await service.order(auto_start=True) for _ in range(3)]
         flying = [await service.until_state(job, "flying") for job in jobs[:2]]
         assert sorted(job.vehicle_id or "" for job in flying) == ["v1", "v2"]
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert service.job(jobs[2]).state is JobState.QUEUED
         await service.fly(jobs[1])
         assert (await service.until_state(jobs[2], "flying")).vehicle_id == flying[1].vehicle_id
@@ -150,7 +147,7 @@ async def test_a_vehicle_that_is_silent_holds_up_no_other_and_is_asked_on() -> N
         assert given.vehicle_id == "v2"
         assert [refusal.code for refusal in given.candidates[0].refusals] == ["vehicle.silent"]
         other = await service.order(vehicle="v1")
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         asked.set()
         await service.until_state(other, "prepared")
 
@@ -179,7 +176,7 @@ async def test_an_upload_that_fails_fails_the_job_and_stops_the_queue() -> None:
         failed = await service.until_state(job, "failed")
         assert "did not ask for item 2" in describe(failed.reason)
         assert service.events.queues["v1"].reason == failed.reason
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert service.job(following).state is JobState.QUEUED
         service.vehicles[0].upload_error = None
         await service.jobs.resume("v1", "ward 3")
@@ -258,7 +255,7 @@ async def test_a_vehicle_that_reports_late_gets_its_job_at_once(monkeypatch: pyt
     async with job_service() as service:
         slow = SlowFacts(service.vehicles[0])
         job = await service.order(vehicle="v1")
-        await asyncio.sleep(SOME_LOOKS_S)  # it is refused: it had 0.05 s
+        await service.some_passes()  # it is refused: it had 0.05 s
         slow.may_answer.set()
         await service.until_state(job, "prepared")
 
@@ -270,7 +267,7 @@ async def test_a_job_for_any_waits_a_moment_for_a_vehicle_whose_facts_are_being_
     async with job_service(2) as service:
         slow = SlowFacts(service.vehicles[0])
         first, later = await service.order(), await service.order(vehicle="v2", priority=-1)
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         assert {service.job(job).state for job in (first, later)} == {JobState.QUEUED}, "v2 is kept for the first one"
         slow.may_answer.set()
         assert (await service.until_state(first, "prepared")).vehicle_id == "v1"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import replace
@@ -17,8 +16,6 @@ from tests.support.job_service import JobService, job_service
 from tests.support.scheduled_jobs import at
 from tests.support.scripted_link import FAST
 
-SOME_LOOKS_S = 0.1
-"""Ten looks of the queue: what must not happen has its chance to."""
 PATIENT = replace(FAST, armable_s=60.0)
 
 
@@ -53,7 +50,7 @@ async def assert_it_stays_on_the_ground(service: JobService) -> None:
     """Also when the vehicle could be armed again."""
     tried = service.armed()
     service.vehicles[0].arm_refusals = 0
-    await asyncio.sleep(SOME_LOOKS_S)
+    await service.some_passes()
     assert (service.armed(), service.vehicles[0].truth.armed) == (tried, False)
 
 
@@ -114,7 +111,7 @@ async def test_once_its_vehicle_is_told_to_arm_a_deadline_and_a_stopped_queue_do
     async with told_to_arm() as (service, job):
         service.clock.ahead_s = 601.0
         assert (await service.jobs.stop("v1", "ann")).queue.stopped
-        await asyncio.sleep(SOME_LOOKS_S)
+        await service.some_passes()
         service.vehicles[0].start_gate.set()
         assert (await service.until_state(job, "flying")).end_requested == ""
         assert not {"return", "disarm"} & set(service.vehicles[0].sent)

@@ -5,6 +5,7 @@ vi.stubGlobal("requestAnimationFrame", (draw: () => void) => setTimeout(draw, 16
 vi.stubGlobal("cancelAnimationFrame", (handle: ReturnType<typeof setTimeout>) => clearTimeout(handle));
 const checkPlan = vi.fn(async () => ({ findings: [], timeline: null, parameters_age_s: 40 }));
 vi.doMock("../../api/client", () => ({ api: { checkPlan } }));
+const { now } = await import("../../store/clock");
 const { receiveFrame, status } = await import("../../store/store");
 const { selectVehicle } = await import("../../store/selection");
 const { openDraft } = await import("./draft-text");
@@ -21,6 +22,7 @@ describe("the check of a plan", () => {
   afterEach(() => void vi.useRealTimers());
 
   it("is repeated with each change of the chosen vehicle's parameters, and says when they were read", async () => {
+    now.value = performance.now(); // the imports took their time
     receiveFrame({ type: "hello", gateway: "gw1", first_seq: 1, seq: 0, server_time: 9_000 });
     const vehicles = ["v1", "v2"].map((id) => sampleVehicle({ id }));
     receiveFrame({ type: "snapshot", seq: 0, vehicles, runs: [] });
