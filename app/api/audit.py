@@ -10,11 +10,12 @@ from typing import Annotated, Final
 
 from aiohttp import web
 from aiohttp.typedefs import Handler, Middleware
-from pydantic import AwareDatetime, BaseModel, Field
+from pydantic import BaseModel, Field
 
 from app.api.bodies import JSON, NUL, Empty, asked_of, json_answer
 from app.api.guard import SAFE_METHODS
 from app.api.idempotency import REPLAYED
+from app.api.models import Time
 from app.api.observability import code_of, principal_of, route_of
 from app.api.problems import kind_of, status_of
 from app.api.routing import Answer, Call, Route, Routes
@@ -82,16 +83,13 @@ class FrameAudit:
         self._audit.refuse(self._principal, self._address, action, self._target, kind_of(error).status, code)
 
 
-_Time = Annotated[AwareDatetime, Field(description="ISO 8601 with UTC offset, or Unix seconds")]
-
-
 class AuditQuery(FrozenForm):
     """Filters for the audit. `cursor`: the page after another one, taken from its `next`."""
 
     actor: Annotated[str, Field(max_length=200)] | None = None
     outcome: AuditOutcome | None = None
-    since: _Time | None = None
-    before: _Time | None = None
+    since: Time | None = None
+    before: Time | None = None
     limit: Annotated[int, Field(ge=1, le=1000)] = 100
     cursor: Annotated[str, Field(max_length=CURSOR_CHARS)] | None = None
 

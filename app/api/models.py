@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import AfterValidator, AwareDatetime, BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.cluster.lease import LeaseState
@@ -19,6 +19,7 @@ from app.services.views import VehicleView
 Limit = Annotated[int, Field(ge=1, le=500, description="maximum number of results")]
 After = Annotated[int, Field(ge=0, le=2**53, description="return only events with a higher seq")]
 Identifier = Annotated[str, Field(min_length=1, max_length=100)]
+Time = Annotated[AwareDatetime, Field(description="ISO 8601 with UTC offset, or Unix seconds")]
 
 
 class ListQuery(FrozenForm):

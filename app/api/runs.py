@@ -9,10 +9,10 @@ from datetime import UTC, datetime
 from typing import Annotated, Final
 
 from aiohttp import web
-from pydantic import AwareDatetime, BaseModel, Field
+from pydantic import BaseModel, Field
 
 from app.api.bodies import JSON, Empty, asked_of, json_answer
-from app.api.models import EventsQuery, EventsView, Identifier, ListQuery, RunRequest, only_states_of
+from app.api.models import EventsQuery, EventsView, Identifier, ListQuery, RunRequest, Time, only_states_of
 from app.api.routing import NEW_WORK, STORED, VEHICLE, Answer, Call, NoQuery, Routes
 from app.api.run_changes import ACCEPTED, accepted
 from app.domain.ports.stores import RunFilter
@@ -31,7 +31,6 @@ _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
 _States = Annotated[
     str, only_states_of(RunState), Field(description="comma-separated states, for example flying,at_drop")
 ]
-_Time = Annotated[AwareDatetime, Field(description="ISO 8601 with UTC offset, or Unix seconds")]
 
 
 class RunsQuery(ListQuery):
@@ -41,8 +40,8 @@ class RunsQuery(ListQuery):
     plan: Identifier | None = None
     state: _States | None = None
     open: bool = False
-    created_from: _Time | None = None
-    created_before: _Time | None = None
+    created_from: Time | None = None
+    created_before: Time | None = None
     older_than: Identifier | None = None
 
     def wanted(self) -> RunFilter:
