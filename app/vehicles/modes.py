@@ -251,9 +251,9 @@ class ModeSwitch:
                 if signs.are_an_answer:
                     break
                 if before is not None and (now := self._mode()) not in (before, mode, FlightMode.HOLD):
-                    raise taken_meanwhile(now)
+                    raise taken_meanwhile(now, self._sender.reasons_since(signs.since_s))
                 if mode is FlightMode.MISSION and was_armed and not self._is_armed:
-                    raise disarmed_meanwhile(self._mode())
+                    raise disarmed_meanwhile(self._mode(), self._sender.reasons_since(signs.since_s))
             await self._until(signs)
 
     async def through_hold_to(self, mode: FlightMode) -> None:
@@ -318,9 +318,9 @@ class ModeSwitch:
     async def _until(self, signs: _Signs) -> None:
         if await signs.seen_within(self._settings.mode_seen_timeout_s):
             return
-        if signs.has_come and (now := self._mode()) is not None:
-            raise taken_meanwhile(now)
         texts = self._sender.reasons_since(signs.since_s)
+        if signs.has_come and (now := self._mode()) is not None:
+            raise taken_meanwhile(now, texts)
         raise LinkTimeoutError(
             f"{signs.mode.value} mode was acknowledged but not reported within "
             f"{self._settings.mode_seen_timeout_s:g} s" + "".join(f"; {text}" for text in texts),

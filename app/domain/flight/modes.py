@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -52,22 +53,28 @@ def disarmed_by_others(
     )
 
 
-def disarmed_meanwhile(mode: FlightMode | None) -> VehicleTakenError:
-    """Return the error for a vehicle that was armed for its mission and reports disarmed, but not by Waydrop."""
+def disarmed_meanwhile(mode: FlightMode | None, texts: Sequence[str] = ()) -> VehicleTakenError:
+    """Return the error for a vehicle that was armed for its mission and reports disarmed, but not by Waydrop. `texts`
+    are those in which it may say why.
+    """
+    what = "the vehicle was disarmed again, not by Waydrop: by a pilot, another ground station or itself"
     return VehicleTakenError(
-        "the vehicle was disarmed again, not by Waydrop: by a pilot, another ground station or itself",
+        "; ".join((what, *texts)),
         hint="start again when no other client controls it",
         mode=None if mode is None else mode.value,
         armed=False,
+        texts=tuple(texts),
     )
 
 
-def taken_meanwhile(mode: FlightMode | None) -> VehicleTakenError:
-    """Return the error for a vehicle whose mode changed while another one was commanded."""
+def taken_meanwhile(mode: FlightMode | None, texts: Sequence[str] = ()) -> VehicleTakenError:
+    """Return the error for a vehicle whose mode changed while another one was commanded. `texts`: as above."""
+    what = f"the vehicle is now in {name_of(mode)} mode: a pilot, another ground station or a failsafe controls it"
     return VehicleTakenError(
-        f"the vehicle is now in {name_of(mode)} mode: a pilot, another ground station or a failsafe controls it",
+        "; ".join((what, *texts)),
         hint="check its mode and messages, and repeat the command when no other client controls it",
         mode=None if mode is None else mode.value,
+        texts=tuple(texts),
     )
 
 

@@ -132,6 +132,37 @@ async def test_a_mode_that_is_acknowledged_and_not_entered_is_explained_by_the_v
     assert refused.value.extra["texts"] == ("No valid mission available, loitering",)
 
 
+@pytest.mark.parametrize("left_for", [FlightMode.HOLD, FlightMode.RETURN])
+async def test_a_mode_that_showed_for_a_moment_is_explained_by_the_vehicles_texts(left_for: FlightMode) -> None:
+    vehicle = Commanded()
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.show(FlightMode.MISSION)  # its acknowledgement is lost
+        vehicle.show(left_for)
+        vehicle.texts.take(StatusTextChunk(2, "No valid mission available, loitering", 0, 0), time.monotonic())
+
+    vehicle.on_sent = take
+    with pytest.raises(VehicleTakenError, match="; No valid mission available, loitering$") as taken:
+        await vehicle.switch.to(FlightMode.MISSION)
+    assert taken.value.extra["texts"] == ("No valid mission available, loitering",)
+
+
+@pytest.mark.parametrize("armed", [False, True])
+async def test_a_mode_that_was_never_entered_is_explained_too_if_the_vehicle_was_taken(armed: bool) -> None:
+    vehicle = Commanded()
+    vehicle.beat(FlightMode.HOLD, armed=True)
+    await asyncio.sleep(0)
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.beat(FlightMode.RETURN if armed else FlightMode.HOLD, armed=armed)
+        vehicle.texts.take(StatusTextChunk(2, "Low battery level", 0, 0), time.monotonic())
+
+    vehicle.on_sent = take
+    with pytest.raises(VehicleTakenError, match="; Low battery level$"):
+        await vehicle.switch.to(FlightMode.MISSION)
+    assert vehicle.sent == [FlightMode.MISSION]
+
+
 async def test_a_mode_is_seen_without_an_answer() -> None:
     vehicle = Commanded()
     vehicle.on_sent = vehicle.show
