@@ -43,21 +43,8 @@ class EndDisarming:
         await end_tasks(self._task)
 
     async def hold(self) -> None:
-        """After the flight. PX4 leaves a vehicle in Mission mode, in which it takes off as soon as anybody arms it."""
-        if not (self._may_command() and takes_off_as_it_arms(self._link.state())):
-            return
-        self._recorder.record(RunCommand(command=RunCommandName.HOLD, previous_mode=self._link.state().mode))
-        try:
-            await self._recorder.flush_within(STORED_WITHIN_S)
-            await self._link.hold_disarmed()
-        except asyncio.CancelledError:
-            self._answer(CommandOutcome.UNKNOWN, "broken off", of=RunCommandName.HOLD)
-            await self._recorder.flush_within(STORED_WITHIN_S)  # nothing follows: the run is over
-            raise
-        except WaydropError as error:
-            self._answer(CommandOutcome.FAILED, error.detail, of=RunCommandName.HOLD)
-        else:
-            self._answer(CommandOutcome.DONE, of=RunCommandName.HOLD)
+        """After the flight. See leave_in_hold."""
+        await leave_in_hold(self._link, self._recorder, self._may_command)
 
     @property
     def _is_due(self) -> bool:
@@ -79,6 +66,24 @@ class EndDisarming:
         else:
             self._answer(CommandOutcome.DONE)
 
-    def _answer(self, outcome: CommandOutcome, detail: str = "", *, of: RunCommandName = RunCommandName.DISARM) -> None:
+    def _answer(self, outcome: CommandOutcome, detail: str = "") -> None:
         """Stored with what follows; of a disarming that is broken off, as the run is let go."""
-        self._recorder.record(RunAck(command=of, outcome=outcome, detail=detail))
+        self._recorder.record(RunAck(command=RunCommandName.DISARM, outcome=outcome, detail=detail))
+
+
+async def leave_in_hold(link: VehicleLink, recorder: RunRecorder, may_command: Callable[[], bool]) -> None:
+    """At the end of a run. PX4 leaves a vehicle in Mission mode, in which it takes off as soon as anybody arms it."""
+    if not (may_command() and takes_off_as_it_arms(link.state())):
+        return
+    name, outcome, detail = RunCommandName.HOLD, CommandOutcome.DONE, ""
+    recorder.record(RunCommand(command=name, previous_mode=link.state().mode))
+    try:
+        await recorder.flush_within(STORED_WITHIN_S)
+        await link.hold_disarmed()
+    except asyncio.CancelledError:
+        recorder.record(RunAck(command=name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
+        await recorder.flush_within(STORED_WITHIN_S)  # nothing follows: the run is over
+        raise
+    except WaydropError as error:
+        outcome, detail = CommandOutcome.FAILED, error.detail
+    recorder.record(RunAck(command=name, outcome=outcome, detail=detail))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -33,6 +34,7 @@ from app.domain.run.run import NOT_STARTED as UNSTARTED
 from app.domain.vehicle.state import VehicleState
 from app.services.fleet import Fleet
 from app.services.runs.assembly import AssembledFlight, FlightParts, assemble, begun_flight
+from app.services.runs.disarming import leave_in_hold
 from app.services.runs.recorder import RunRecorder
 
 log = structlog.get_logger(__name__)
@@ -262,6 +264,10 @@ class RunRecovery:
 
     async def _end(self, run: Run, ended: Run) -> None:
         recorder = RunRecorder(run, self._parts.journal, self._parts.clock)
+        if run.state not in UNSTARTED:
+            with contextlib.suppress(NotFoundError, VehicleQuarantinedError):
+                if _is_same_vehicle(run, link := self._fleet.link(run.vehicle_id)):
+                    await leave_in_hold(link, recorder, partial(self._parts.may_command, run.id))
         recorder.update(ended, [RunChanged(ended)])
         await recorder.flush()
 

@@ -249,8 +249,38 @@ async def test_a_run_that_is_not_read_can_be_aborted(monkeypatch: pytest.MonkeyP
         await service.runs.abort(service.run_id)
         await service.until_state(RunState.ABORTED)
         assert service.run.reason == Reason.of(ReasonCode.ABORTED_UNREAD)
-        assert service.vehicle.sent == (["return"] if armed else [])
+        assert service.vehicle.sent == (["return"] if armed else ["hold_disarmed"])
         await service.until(lambda: not service.runs.open_runs(), "it is over")
+
+
+async def test_a_vehicle_that_would_take_off_as_it_arms_is_put_in_hold_before_its_unread_run_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with run_service() as service:
+        await flying(service, monkeypatch)
+        await restarted(service, meanwhile=lambda: service.vehicle.put(mission_id=5))
+        await unread(service)
+        service.vehicle.sent.clear()
+        service.vehicle.touch_down(complete=False, last_seq=0)
+        await service.until(lambda: service.run.is_over, "it must end")
+        assert (service.vehicle.sent, service.vehicle.truth.mode) == (["hold_disarmed"], FlightMode.HOLD)
+        assert service.kinds()[-3:] == ["run.command", "run.ack", "run.changed"]
+
+
+@pytest.mark.parametrize("is_same", [True, False])
+async def test_a_vehicle_with_another_mission_is_put_in_hold_unless_it_is_another_vehicle(
+    monkeypatch: pytest.MonkeyPatch, is_same: bool
+) -> None:
+    async with run_service() as service:
+        listed = await flying(service, monkeypatch)
+        listed.is_answered = True
+        service.vehicle.on_board = service.vehicle.on_board[:-1]
+        service.vehicle.sent.clear()
+        if not is_same:
+            service.vehicle.identity = replace(service.vehicle.identity, uid="uid-2")
+        await restarted(service, meanwhile=lambda: service.vehicle.put(mission_id=5, armed=False))
+        await service.until_state(RunState.FAILED)
+        assert service.vehicle.sent == (["hold_disarmed"] if is_same else [])
 
 
 async def test_a_run_whose_vehicle_cannot_be_told_to_return_is_not_aborted(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -166,6 +166,26 @@ async def test_a_start_whose_mission_was_commanded_before_a_restart_is_not_repea
         assert service.run.reason == Reason.of(ReasonCode.RESTART_DURING_START_DISARMED)
 
 
+@pytest.mark.parametrize("is_held", [True, False])
+async def test_a_vehicle_that_a_broken_start_left_in_mission_mode_is_put_in_hold(is_held: bool) -> None:
+    """It would take off as soon as anybody arms it. The run ends all the same if it stays in it."""
+    async with run_service() as service:
+        await service.create(start=False)
+        await service.until_state(RunState.UPLOADED)
+        service.vehicle.start_gate.clear()
+        await service.runs.start(service.run_id)
+        await service.until(lambda: "start" in service.vehicle.sent, "the mission must be commanded")
+        service.vehicle.disarm_error = LinkTimeoutError("killed")
+        await service.runs.close()
+        service.vehicle.sent.clear()
+        service.vehicle.hold_error = None if is_held else LinkTimeoutError("no ack")
+        await restarted(service, meanwhile=lambda: service.vehicle.put(armed=False, mode=FlightMode.MISSION))
+        await service.until_state(RunState.FAILED)
+        assert service.run.reason == Reason.of(ReasonCode.RESTART_DURING_START_DISARMED)
+        assert service.vehicle.sent == ["hold_disarmed"]
+        assert service.kinds()[-3:] == ["run.command", "run.ack", "run.changed"]
+
+
 async def left_armed(service: RunService) -> None:
     """A restart of ours broke its start off: it stands in Hold mode, armed, and was never in the air."""
     await service.create(start=False)
