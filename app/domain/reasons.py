@@ -40,6 +40,7 @@ class ReasonCode(StrEnum):
     UPLOAD_VERIFIED = "run.upload_verified", "the vehicle reports the ID of the uploaded mission"
     UPLOAD_READ_BACK = "run.upload_read_back", "all items were read back from the vehicle"
     ABORTED_ON_GROUND = "run.aborted_on_ground", "aborted before takeoff"
+    NEW_WARNINGS = "run.new_warnings", "checked again at the start, the plan has new warnings: {detail}"
     START_ABORTED_ARMED = "run.start_aborted_armed", "the start was aborted; the vehicle did not disarm"
     START_FAILED_ARMED = "run.start_failed_armed", "the start failed: {detail}; the vehicle did not disarm"
     START_BROKE_ARMED = "run.start_broke_armed", "the start failed; the vehicle did not disarm"

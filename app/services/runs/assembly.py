@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,6 +16,7 @@ from app.domain.ports.stores import FlightLog
 from app.domain.ports.threads import InThread
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM
+from app.domain.rules import Finding
 from app.domain.run.run import Run
 from app.domain.vehicle.state import VehicleProfile
 from app.services.clock import Clock
@@ -83,9 +84,10 @@ def assemble(
     begun = begun_flight(run, plan, mission, then, settings, clock.monotonic())
     monitor = FlightMonitor(link, begun, recorder, clock, parts.targets, FlightInputLog(parts.log, begun, in_thread))
 
-    async def check() -> None:
+    async def check() -> Sequence[Finding]:
         now, uploaded = await facts(fresh=True), link.mission_id_of(mission)
-        await refuse_changed_vehicle(plan, then.home, now, run.wind or CALM, link.mission_id_of, uploaded, in_thread)
+        wind = run.wind or CALM
+        return await refuse_changed_vehicle(plan, then, now, wind, link.mission_id_of, uploaded, in_thread)
 
     loaded = _starts_loaded(plan)
     preparation = Preparation(link, mission, recorder, monitor, settings, clock, check, closes_gripper=loaded)

@@ -20,7 +20,7 @@ from app.domain.prediction import Timeline, Wind
 from app.domain.rules import Finding, Severity, check_plan, checked
 from app.domain.run.run import Run
 from app.domain.vehicle.clock import TOO_FAST_HINT, is_too_fast, needs_longer_look, too_fast_words
-from app.domain.vehicle.state import GlobalPosition, LandedState, VehicleProfile
+from app.domain.vehicle.state import LandedState, VehicleProfile
 from app.services.clock import Clock
 from app.services.fleet import FleetVehicle
 
@@ -58,28 +58,33 @@ class FactsRead(Protocol):
         """Raises LinkError."""
 
 
-async def refuse_unfit_plan(plan: Plan, facts: VehicleProfile, wind: Wind, in_thread: InThread) -> None:
-    """Raises PlanRejectedError with all findings, as the vehicle is now; slow plans are checked in a thread."""
-    _refuse_errors(await in_thread(check_plan, plan, facts, wind))
+async def refuse_unfit_plan(plan: Plan, facts: VehicleProfile, wind: Wind, in_thread: InThread) -> Sequence[Finding]:
+    """The warnings, as the vehicle is now; slow plans are checked in a thread.
+
+    Raises PlanRejectedError with all findings.
+    """
+    findings = await in_thread(check_plan, plan, facts, wind)
+    _refuse_errors(findings)
+    return findings
 
 
 async def refuse_changed_vehicle(
     plan: Plan,
-    home: GlobalPosition | None,
+    then: VehicleProfile,
     now: VehicleProfile,
     wind: Wind,
     id_of: Callable[[Mission], int],
     on_board: int,
     in_thread: InThread,
-) -> None:
-    """Before arming, with parameters read just now. `on_board` is the id of the mission that the vehicle holds, and
-    `home` the one that it was compiled with: it stays where it is when home moves.
+) -> Sequence[Finding]:
+    """Before arming, with parameters read just now: the warnings that the plan did not have `then`. `on_board` is the
+    id of the mission that the vehicle holds. It was compiled with the home of `then`, and stays when home moves.
 
     Raises PlanRejectedError, with `parameters_age_s` too.
     """
     try:
-        await refuse_unfit_plan(plan, now, wind, in_thread)
-        mission = await in_thread(compile_plan, plan, replace(now, home=home))
+        warnings = await refuse_unfit_plan(plan, now, wind, in_thread)
+        mission = await in_thread(compile_plan, plan, replace(now, home=then.home))
         if id_of(mission) != on_board:
             raise PlanRejectedError(
                 "the vehicle's parameters changed since the upload and would change the mission",
@@ -89,6 +94,8 @@ async def refuse_changed_vehicle(
     except PlanRejectedError as error:
         found = {**error.extra, "parameters_age_s": now.parameters_age_s}
         raise PlanRejectedError(error.detail, hint=error.hint, **found) from error
+    known = {(one.code, one.pointer) for one in await in_thread(check_plan, plan, then, wind)} if warnings else set()
+    return [one for one in warnings if (one.code, one.pointer) not in known]
 
 
 async def compiled_and_predicted(

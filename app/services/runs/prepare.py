@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Final, Literal
 
 from app.domain.autopilot import autopilot
@@ -40,6 +40,7 @@ from app.domain.flight.modes import (
 from app.domain.mission import NAN, MavCmd, Mission, MissionType
 from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
 from app.domain.reasons import Reason, ReasonCode
+from app.domain.rules import Finding
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.facts import LinkFact, ParametersChanged
@@ -55,6 +56,8 @@ GRAB: Final = 1.0
 """DO_GRIPPER param2: 1 is GRAB, 0 is RELEASE."""
 _OF_A_START: Final = frozenset({FlightMode.HOLD, FlightMode.TAKEOFF, FlightMode.MISSION})
 _ARMED_ALREADY: Final = "it is armed already, by an arming that was not acknowledged"
+_TOLD: Final = 3
+"""A change of one parameter may warn of every item."""
 _STEP_PERCENT: Final = 2.0
 _PROGRESS_S: Final = 0.05
 """A short upload has ended before, and is stored in one commit."""
@@ -68,7 +71,8 @@ _LISTS: Final[Mapping[MissionType, Literal["mission", "fence", "rally"]]] = {
 class Preparation:
     """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer.
 
-    `check` raises PlanRejectedError if the vehicle in its current state would not fly the uploaded plan.
+    `check` raises PlanRejectedError if the vehicle in its current state would not fly the uploaded plan. It returns the
+    warnings that are new.
     `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold it before takeoff.
     """
 
@@ -80,7 +84,7 @@ class Preparation:
         monitor: FlightMonitor,
         settings: RunSettings,
         clock: Clock,
-        check: Callable[[], Awaitable[None]],
+        check: Callable[[], Awaitable[Sequence[Finding]]],
         *,
         closes_gripper: bool,
     ) -> None:
@@ -185,7 +189,7 @@ class Preparation:
     async def _refuse_unfit(self) -> None:
         self._changed, self._checked_s = False, self._clock.monotonic()
         try:
-            await self._check()
+            new = await self._check()
         except PlanRejectedError as error:
             refused = RunPlanRefused(
                 code=error.code,
@@ -194,6 +198,7 @@ class Preparation:
             )
             self._recorder.record(refused)
             raise
+        self._reach(RunState.STARTING, _told(new))
 
     def _record_progress(self, step: UploadProgress) -> None:
         percent = round(100.0 * step.sent / max(step.total, 1), 1)
@@ -379,8 +384,8 @@ class Preparation:
         with contextlib.suppress(StorageError):
             await self._record_outcome(RunCommandName.DISARM, problem)
 
-    def _reach(self, state: RunState) -> None:
-        self._monitor.feed(StateReached(self._monitor.observation(), state))
+    def _reach(self, state: RunState, reason: Reason | None = None) -> None:
+        self._monitor.feed(StateReached(self._monitor.observation(), state, reason))
 
     async def _record_command(self, command: RunCommand) -> None:
         self._recorder.record(command)
@@ -392,3 +397,12 @@ class Preparation:
             outcome = CommandOutcome.FAILED if is_sent else CommandOutcome.NOT_SENT
         self._recorder.record(RunAck(command=command, outcome=outcome, detail=problem))
         await self._recorder.flush()
+
+
+def _told(warnings: Sequence[Finding]) -> Reason | None:
+    if not warnings:
+        return None
+    messages = [f"{one.item_id}: {one.message}" if one.item_id else one.message for one in warnings[:_TOLD]]
+    if more := len(warnings) - len(messages):
+        messages.append(f"and {more} more")
+    return Reason.of(ReasonCode.NEW_WARNINGS, detail="; ".join(messages))

@@ -142,7 +142,7 @@ async def test_a_mode_that_showed_for_a_moment_is_explained_by_the_vehicles_text
         vehicle.texts.take(StatusTextChunk(2, "No valid mission available, loitering", 0, 0), time.monotonic())
 
     vehicle.on_sent = take
-    with pytest.raises(VehicleTakenError, match="; No valid mission available, loitering$") as taken:
+    with pytest.raises(VehicleTakenError, match=r"; No valid mission available, loitering$") as taken:
         await vehicle.switch.to(FlightMode.MISSION)
     assert taken.value.extra["texts"] == ("No valid mission available, loitering",)
 
@@ -158,7 +158,7 @@ async def test_a_mode_that_was_never_entered_is_explained_too_if_the_vehicle_was
         vehicle.texts.take(StatusTextChunk(2, "Low battery level", 0, 0), time.monotonic())
 
     vehicle.on_sent = take
-    with pytest.raises(VehicleTakenError, match="; Low battery level$"):
+    with pytest.raises(VehicleTakenError, match=r"; Low battery level$"):
         await vehicle.switch.to(FlightMode.MISSION)
     assert vehicle.sent == [FlightMode.MISSION]
 
