@@ -168,15 +168,23 @@ class VehicleCommands:
         """Enter Hold mode; a fixed wing in Hold circles its current position. Raises ConflictError, LinkError."""
         return await self._do("hold", vehicle_id, actor)
 
-    async def return_to_launch(self, vehicle_id: str, actor: str) -> VehicleView:
-        """Return mode. Raises ConflictError, LinkError."""
-        return await self._do("return", vehicle_id, actor)
+    async def return_to_launch(
+        self, vehicle_id: str, actor: str, order: Callable[[], Awaitable[None]] | None = None
+    ) -> VehicleView:
+        """Return mode; `order` is how it is commanded for a run. Raises ConflictError, LinkError."""
+        return await self._do("return", vehicle_id, actor, order)
 
     async def land(self, vehicle_id: str, actor: str) -> VehicleView:
         """Land mode; a rover stops first, see land_here. Raises ConflictError, LinkError."""
         return await self._do("land", vehicle_id, actor)
 
-    async def _do(self, action: VehicleAction, vehicle_id: str, actor: str) -> VehicleView:
+    async def _do(
+        self,
+        action: VehicleAction,
+        vehicle_id: str,
+        actor: str,
+        order: Callable[[], Awaitable[None]] | None = None,
+    ) -> VehicleView:
         vehicle = self._fleet.vehicle(vehicle_id)
         link, run_id = vehicle.link, vehicle.run_id  # quarantined or not: these three are always sent
         if run_id is not None:
@@ -194,7 +202,7 @@ class VehicleCommands:
                 await self._record(vehicle_id, action, actor, "sent")
         vehicle.commanded(action)
         try:
-            await _ACTIONS[action](link)
+            await (_ACTIONS[action](link) if order is None else order())
         except WaydropError as error:
             vehicle.commanded("")
             with contextlib.suppress(StorageError):

@@ -73,7 +73,9 @@ class FlightCommandSender:
         self._plans = plans
         self._settings = settings
         self._tasks: set[asyncio.Task[None]] = set()
-        self.home_return = HomeReturn(link, recorder, monitor)
+        self.home_return = HomeReturn(
+            link, recorder.record, lambda: monitor.run.home, lambda: monitor.flight.mode.has_returned
+        )
 
     def carry_out(self, commands: Sequence[FlightCommand]) -> None:
         """Begin to send, unless another gateway follows the same run: then the other one commands."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections.abc import Callable
 from contextlib import aclosing
 from typing import Final
 
@@ -16,8 +17,6 @@ from app.domain.mission import NAN, MavCmd
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.state import GlobalPosition, VehicleType
-from app.services.runs.monitor import FlightMonitor
-from app.services.runs.recorder import RunRecorder
 
 log = structlog.get_logger(__name__)
 MOVED_M: Final = 1.0
@@ -31,12 +30,21 @@ _HERE: Final = CommandRequest(MavCmd.DO_SET_HOME, (1.0, NAN, NAN, NAN, NAN, NAN,
 class HomeReturn:
     """Commands Return; of a rover whose home has moved it first sets home back. A return is never held up by that: what
     fails is recorded, and Return is commanded all the same.
+
+    `home` is that of the takeoff, None if it is not known. `may_have_moved`: although it is not told yet.
     """
 
-    def __init__(self, link: VehicleLink, recorder: RunRecorder, monitor: FlightMonitor) -> None:
+    def __init__(
+        self,
+        link: VehicleLink,
+        record: Callable[[RunCommand | RunAck], None],
+        home: Callable[[], GlobalPosition | None],
+        may_have_moved: Callable[[], bool],
+    ) -> None:
         self._link = link
-        self._recorder = recorder
-        self._monitor = monitor
+        self._record = record
+        self._home = home
+        self._may_have_moved = may_have_moved
         self._is_set = False
 
     async def order(self) -> None:
@@ -52,27 +60,27 @@ class HomeReturn:
     @property
     def _moved_from(self) -> GlobalPosition | None:
         """Home of the takeoff, if the vehicle has another one now, or may have: it is told once a second."""
-        flight, now = self._monitor.flight, self._link.state().home
-        home = flight.run.home
+        home, now = self._home(), self._link.state().home
         if self._link.identity.vehicle_type is not VehicleType.ROVER or home is None or now is None:
             return None
         away_m = distance_m(home.latitude_deg, home.longitude_deg, now.latitude_deg, now.longitude_deg)
-        return home if away_m > MOVED_M or flight.mode.has_returned else None
+        return home if away_m > MOVED_M or self._may_have_moved() else None
 
     async def _send(self, request: CommandRequest) -> bool:
         """Whether it was accepted. Stored with what follows: a disk that hangs must not hold up a return."""
         name, is_accepted = RunCommandName.DO_SET_HOME, False
         params = tuple(None if math.isnan(p) else p for p in request.params)
-        self._recorder.record(RunCommand(command=name, params=params))
+        self._record(RunCommand(command=name, params=params))
         try:
             async with aclosing(self._link.command(request)) as acks:
                 async for ack in acks:
-                    self._recorder.record(answer(name, ack))
+                    self._record(answer(name, ack))
                     is_accepted = ack.result is MavResult.ACCEPTED
         except WaydropError as error:
-            self._recorder.record(RunAck(command=name, outcome=CommandOutcome.FAILED, detail=error.detail))
+            self._record(RunAck(command=name, outcome=CommandOutcome.FAILED, detail=error.detail))
         if not is_accepted:
-            log.warning("home was not set: the rover may return elsewhere", run_id=self._monitor.run.id, params=params)
+            system_id = self._link.identity.system_id
+            log.warning("home was not set: the rover may return elsewhere", system_id=system_id, params=params)
         return is_accepted
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections import Counter
 from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from functools import partial
@@ -10,8 +11,8 @@ from functools import partial
 import structlog
 
 from app.domain.drop.consent import Answer
-from app.domain.errors import NotFoundError, RunNotFollowedError, WrongStateError
-from app.domain.events.run import RunCreated, RunPredicted, RunTakenOver
+from app.domain.errors import NotFoundError, RunNotFollowedError, StorageError, WrongStateError
+from app.domain.events.run import RunAck, RunCommand, RunCreated, RunPredicted, RunTakenOver
 from app.domain.flight.recovery import why_unread
 from app.domain.ports.stores import ALL_RUNS, AnswerTo, FlightLog, RunFilter, RunStore
 from app.domain.ports.vehicle_link import VehicleLink
@@ -33,6 +34,7 @@ from app.services.runs.gates import (
     refuse_unfit_plan,
     refuse_unfit_vehicle,
 )
+from app.services.runs.homing import HomeReturn
 from app.services.runs.monitor import without_flight
 from app.services.runs.recorder import new_run, new_run_id
 from app.services.runs.recovery import RunRecovery
@@ -229,9 +231,20 @@ class Runs:
 
     async def _abort_unread(self, run: Run) -> None:
         """Its vehicle comes back, if it is not on the ground."""
-        if run.state not in NOT_STARTED and self._fleet.vehicle(run.vehicle_id).link.state().armed is not False:
-            commands = VehicleCommands(self._fleet, self._parts.journal)
-            await commands.return_to_launch(run.vehicle_id, f"abort of run {run.id}")
+        link, journal = self._fleet.vehicle(run.vehicle_id).link, self._parts.journal
+        if run.state not in NOT_STARTED and link.state().armed is not False:
+            told: list[
+                RunCommand | RunAck
+            ] = []  # the run itself is not written here: its recovery may follow it by now
+            order = HomeReturn(link, told.append, lambda: run.home, lambda: True).order
+            try:
+                await VehicleCommands(self._fleet, journal).return_to_launch(
+                    run.vehicle_id, f"abort of run {run.id}", order
+                )
+            finally:
+                events = [journal.new_event(one, vehicle_id=run.vehicle_id, run_id=run.id) for one in told]
+                with contextlib.suppress(StorageError):  # the journal logs it
+                    await journal.record(*events)
         self._withdrawn.add(run.id)
 
     def withdraw(self, run_id: str) -> None:

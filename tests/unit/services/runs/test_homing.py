@@ -9,10 +9,12 @@ import pytest
 
 from app.domain.errors import LinkError, LinkTimeoutError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
+from app.domain.mission import MissionItem, MissionType
+from app.domain.reasons import ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
-from tests.support.run_service import RunService, run_service
+from tests.support.run_service import RunService, restarted, run_service
 
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
 MOVED = replace(HOME, latitude_deg=47.3979)
@@ -89,3 +91,23 @@ async def test_home_of_what_flies_is_left_alone() -> None:
         service.vehicle.put(home=MOVED)
         await service.runs.return_to_launch(service.run_id)
         assert service.vehicle.sent == ["return"]
+
+
+async def test_an_abort_of_a_run_that_is_not_followed_returns_to_the_home_of_its_takeoff(
+    driving: RunService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a restart of Waydrop its mission cannot be read; what the rover did meanwhile is not known."""
+
+    async def download(mission_type: MissionType) -> tuple[MissionItem, ...]:
+        raise LinkTimeoutError("the mission list could not be read back")
+
+    await driving.runs.return_to_launch(driving.run_id)
+    await driving.until_state(RunState.RETURNING)
+    monkeypatch.setattr(driving.vehicle, "download", download)
+    await restarted(driving, meanwhile=lambda: driving.vehicle.put(mission_id=None, home=MOVED))
+    unread = ReasonCode.MISSION_UNREAD
+    await driving.until(lambda: driving.run.reason is not None and driving.run.reason.code is unread, "it says so")
+    driving.vehicle.sent.clear()
+    await driving.runs.abort(driving.run_id)
+    assert driving.vehicle.sent == ["home 0", "return", "home 1"]
+    assert [type(one) for one in told(driving, RunCommand)] == [RunCommand] * 2
