@@ -6,7 +6,7 @@ Rules, compiler and prediction all use this walk, so they cannot disagree.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -95,17 +95,18 @@ FASTEST_M_S: Final = 1000.0
 """Plausible range of a speed parameter."""
 
 
+OWN_SPEED: Final[Mapping[FlightRegime, Quantity]] = {
+    FlightRegime.FIXED_WING: Quantity.WING_CRUISE_M_S,
+    FlightRegime.WHEELS: Quantity.WHEELS_FASTEST_M_S,
+    FlightRegime.ROTARY_WING: Quantity.HOVER_CRUISE_M_S,
+    FlightRegime.BUOYANCY: Quantity.HOVER_CRUISE_M_S,
+}
+"""The speed of a vehicle that was asked for none."""
+
+
 def cruise_speed_m_s(facts: VehicleProfile, carried: FlightRegime) -> float:
     """Return the default speed of the vehicle in a flight regime, 0 on the ground."""
-    match carried:
-        case FlightRegime.FIXED_WING:
-            return _speed_m_s(facts, Quantity.WING_CRUISE_M_S)
-        case FlightRegime.WHEELS:
-            return _speed_m_s(facts, Quantity.WHEELS_FASTEST_M_S)
-        case FlightRegime.ROTARY_WING | FlightRegime.BUOYANCY:
-            return _speed_m_s(facts, Quantity.HOVER_CRUISE_M_S)
-        case FlightRegime.GROUND:
-            return 0.0
+    return _speed_m_s(facts, OWN_SPEED[carried]) if carried in OWN_SPEED else 0.0
 
 
 def _speed_m_s(facts: VehicleProfile, which: Quantity) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
-from app.domain.plan.walk import Step, asks_for, speed_range_m_s
+from app.domain.plan.walk import OWN_SPEED, Step, asks_for, return_speed_m_s, speed_range_m_s
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
@@ -135,6 +135,57 @@ def _own_speed(context: RuleContext) -> Iterator[Violation]:
             message = f"flown at {speed_m_s:g} m/s; the limit of the plan is {most_m_s:g} m/s"
             yield at_item(step, message, "set cruise_speed_m_s, or raise limits.max_speed_m_s")
             return
+
+
+@rules.error(
+    "limits.return_speed",
+    "A return that the plan orders is flown at the vehicle's own speed, whatever speed was requested before.",
+    "`limits` of the plan; PX4 MPC_XY_CRUISE, FW_AIRSPD_TRIM, RO_SPEED_LIM.",
+)
+def _own_return_speed(context: RuleContext) -> Iterator[Violation]:
+    yield from _ordered_faster(context)
+
+
+@rules.warning(
+    "limits.failsafe_speed",
+    "An operator, a pilot or a failsafe may command a return from anywhere, at the vehicle's own speed.",
+    "`limits` of the plan; PX4 MPC_XY_CRUISE, FW_AIRSPD_TRIM, RO_SPEED_LIM.",
+)
+def _own_failsafe_speed(context: RuleContext) -> Iterator[Violation]:
+    if any(_ordered_faster(context)):
+        return
+    for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
+        if said := _faster(context, "a return that is commanded on the way", step.after, speed_m_s):
+            yield Violation("/limits/max_speed_m_s", *said)
+            return
+
+
+def _ordered_faster(context: RuleContext) -> Iterator[Violation]:
+    """Returns that the plan orders: by an item, or after a failed drop."""
+    speeds_m_s = dict(zip((step.index for step in context.steps), context.speeds_m_s, strict=True))
+    for step in context.steps:
+        said = _faster(context, "the return", step.before, speeds_m_s[step.index]) if step.item.goes_home else None
+        if said:
+            yield at_item(step, *said)
+    if context.plan.contingency.on_drop_failure == "return":
+        for drop in context.drops:
+            what = "the return after a failed drop"
+            if drop.releases and (said := _faster(context, what, drop.carried, speeds_m_s[drop.step.index])):
+                yield Violation("/contingency/on_drop_failure", *said)
+                return
+
+
+def _faster(context: RuleContext, what: str, carried: FlightRegime, asked_m_s: float) -> tuple[str, str] | None:
+    """Message and hint of a return that begins in this regime, if it is faster than the plan's limit."""
+    most_m_s, own = context.plan.limits.max_speed_m_s, OWN_SPEED.get(carried)
+    if most_m_s is None or own is None:
+        return None
+    speed_m_s = return_speed_m_s(context.facts, carried, asked_m_s)
+    if speed_m_s <= most_m_s:
+        return None
+    name = context.behaviour.name_of(own)
+    message = f"{what} is flown at {speed_m_s:g} m/s ({name}); the limit of the plan is {most_m_s:g} m/s"
+    return message, f"lower {name}, or raise limits.max_speed_m_s"
 
 
 @rules.error(

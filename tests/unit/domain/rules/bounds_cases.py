@@ -142,6 +142,8 @@ LIMIT_CASES = [
 
 HIGH_RALLY = {"rally_points": [at(90, 0, relative_altitude_m=25)]}
 LOW_LIMIT: Json = {"limits": {"max_relative_altitude_m": 20}}
+SLOW: Json = {"limits": {"max_speed_m_s": 4}, "cruise_speed_m_s": 4}
+SLOW_TO_LAND = ("multicopter", takeoff(), waypoint(), gripper(), land(50))
 TO_LAND = plan("multicopter", takeoff(), waypoint(altitude_m=15), land(50), **LOW_LIMIT)
 FLIGHT_TO_LAND = plan("multicopter", takeoff(), waypoint(), land(50))
 RETURN_CASES = [
@@ -180,6 +182,38 @@ RETURN_CASES = [
         ),
         plan("multicopter", takeoff(), waypoint(altitude_m=15), gripper(), land(50), **LOW_LIMIT),
         about="after a failed drop",
+    ),
+    Case(
+        "limits.return_speed",
+        "/items/2",
+        multicopter(waypoint(), **SLOW),
+        multicopter(waypoint(), **SLOW),
+        facts(MPC_XY_CRUISE=4.5),
+        facts(MPC_XY_CRUISE=4),
+    ),
+    Case(
+        "limits.return_speed",
+        "/items/2",
+        multicopter(waypoint(), **SLOW),
+        multicopter(waypoint(), **SLOW),
+        facts(),
+        facts(RTL_TYPE=2),
+        about="not along the items, as slowly as they were flown",
+    ),
+    Case(
+        "limits.return_speed",
+        "/contingency/on_drop_failure",
+        plan(*SLOW_TO_LAND, contingency={"on_drop_failure": "return"}, **SLOW),
+        plan(*SLOW_TO_LAND, **SLOW),
+        about="after a failed drop",
+    ),
+    Case(
+        "limits.failsafe_speed",
+        "/limits/max_speed_m_s",
+        plan(*SLOW_TO_LAND, **SLOW),
+        plan(*SLOW_TO_LAND, **SLOW),
+        facts(),
+        facts(MPC_XY_CRUISE=4),
     ),
     Case(
         "limits.failsafe_altitude",

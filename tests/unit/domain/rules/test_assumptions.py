@@ -31,6 +31,7 @@ DEPENDENT = {
     "limits.duration",
     "limits.first_waypoint_too_far",
     "limits.return_altitude",
+    "limits.return_speed",
     "limits.speed",
     "loiter.radius_too_small",
     "speed.not_flyable",
