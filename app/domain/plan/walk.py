@@ -124,7 +124,10 @@ def speed_range_m_s(facts: VehicleProfile, carried: FlightRegime) -> tuple[float
             return _speed_m_s(facts, Quantity.WING_SLOWEST_M_S), _speed_m_s(facts, Quantity.WING_FASTEST_M_S)
         case FlightRegime.WHEELS:
             return 0.0, _speed_m_s(facts, Quantity.WHEELS_FASTEST_M_S)
-        case FlightRegime.ROTARY_WING | FlightRegime.BUOYANCY | FlightRegime.GROUND:
+        case FlightRegime.BUOYANCY:  # PX4 has no position controller for airships that a parameter could limit
+            usual_m_s = quantity(default_facts(facts.vehicle_type), Quantity.HOVER_FASTEST_M_S)
+            return 0.0, max(usual_m_s, cruise_speed_m_s(facts, carried))
+        case FlightRegime.ROTARY_WING | FlightRegime.GROUND:
             return 0.0, _speed_m_s(facts, Quantity.HOVER_FASTEST_M_S)
 
 

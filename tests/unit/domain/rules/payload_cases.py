@@ -194,6 +194,17 @@ WIND_CASES = [
         about="a return at its own speed",
     ),
     Case(
+        "wind.too_strong",
+        "/items/0",
+        airship(waypoint(400)),
+        airship(waypoint(400)),
+        facts("airship", MPC_XY_VEL_MAX=3),
+        facts("airship", MPC_XY_VEL_MAX=3),
+        wrong_wind=Wind(east_m_s=4.0),
+        right_wind=Wind(east_m_s=3.9),
+        about="an airship, which no MPC_XY_VEL_MAX limits",
+    ),
+    Case(
         "wind.strong",
         "/items/0",
         multicopter(waypoint(400)),
