@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import shutil
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from tests.support.dashboard import Dashboard
 from tests.support.service_process import ServiceProcess
 from tests.support.simulated import SimulatedFleet
 
-CHROMIUM = Path(os.environ.get("WAYDROP_CHROMIUM", "/usr/bin/chromium"))
+CHROMIUM = Path(os.environ.get("WAYDROP_CHROMIUM") or shutil.which("chromium-headless-shell") or "/usr/bin/chromium")
+"""The shell is the same engine without a window: the address bar's own pages cost as much as Waydrop's page."""
 
 HERE = Path(__file__).parent
 
