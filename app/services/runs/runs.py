@@ -230,17 +230,14 @@ class Runs:
         return flight.run
 
     async def _abort_unread(self, run: Run) -> None:
-        """Its vehicle comes back, if it is not on the ground."""
+        """Its vehicle comes back, if it is not on the ground. Only a recovery, which may be under way, writes it."""
         link, journal = self._fleet.vehicle(run.vehicle_id).link, self._parts.journal
         if run.state not in NOT_STARTED and link.state().armed is not False:
-            told: list[
-                RunCommand | RunAck
-            ] = []  # the run itself is not written here: its recovery may follow it by now
+            told: list[RunCommand | RunAck] = []
             order = HomeReturn(link, told.append, lambda: run.home, lambda: True).order
+            commands = VehicleCommands(self._fleet, journal)
             try:
-                await VehicleCommands(self._fleet, journal).return_to_launch(
-                    run.vehicle_id, f"abort of run {run.id}", order
-                )
+                await commands.return_to_launch(run.vehicle_id, f"abort of run {run.id}", order)
             finally:
                 events = [journal.new_event(one, vehicle_id=run.vehicle_id, run_id=run.id) for one in told]
                 with contextlib.suppress(StorageError):  # the journal logs it
