@@ -37,8 +37,11 @@ class Chains:
 
     def take(self, gateway: str, event: Row) -> Iterator[str]:
         """Add an event; what is wrong with it."""
-        head = self.heads[gateway]
         self.events += 1
+        if event["seq"] < 1:  # the hash of "event 0" is known to everybody
+            yield f"event {event['seq']}: no journal has such a number"
+            return
+        head = self.heads[gateway]
         self.heads[gateway] = JournalHead(seq=event["seq"], hash=str(event["hash"]))
         if event["seq"] != head.seq + 1:
             self.gaps.append(Gap(gateway, event, head.seq))

@@ -98,7 +98,7 @@ class SqliteEventStore:
         return tuple([self._stored(row) for row in await self._database.read(query)])
 
     async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
-        query = sa.select(EVENTS).where(ACCEPTED_KIND).order_by(EVENTS.c.seq.desc()).limit(limit)
+        query = sa.select(EVENTS).where(ACCEPTED_KIND, EVENTS.c.seq > 0).order_by(EVENTS.c.seq.desc()).limit(limit)
         if before is not None:
             query = query.where(EVENTS.c.seq < before)
         return tuple([self._stored(row) for row in await self._database.read(query)])
@@ -110,7 +110,7 @@ class SqliteEventStore:
         return tuple([self._stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
     async def last_pruned(self) -> JournalPruned | None:
-        query = sa.select(EVENTS).where(PRUNED_KIND).order_by(EVENTS.c.seq.desc()).limit(1)
+        query = sa.select(EVENTS).where(PRUNED_KIND, EVENTS.c.seq > 0).order_by(EVENTS.c.seq.desc()).limit(1)
         for row in await self._database.read(query):
             if isinstance(pruned := self._stored(row).data, JournalPruned):
                 return pruned

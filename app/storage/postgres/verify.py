@@ -102,13 +102,17 @@ class _Stream:
 
     def take(self, event: Row) -> None:
         gateway, seq = event["gateway"], event["seq"]
-        if self.position == 0:
+        if event["position"] < 1:
+            self.alterations.append(f"position {event['position']}: no stream has such a number")
+        elif self.begin == 0:
             self.begin = event["position"]
         elif event["position"] != self.position + 1:
             self.alterations.append(f"position {event['position']}: it does not follow position {self.position}")
         self.alterations += [f"{gateway}: {one}" for one in self.chains.take(gateway, event)]
         self.position = event["position"]
         self.missing.discard(JournalHead(seq=seq, hash=event["hash"]))
+        if seq < 1:
+            return
         stored = (event["kind"], event["version"], event["run_id"], event["data"])
         if not self.index.take(*stored):
             self.alterations.append(f"{gateway}: event {seq}: its data cannot be read")

@@ -24,6 +24,11 @@ from tests.support.verified_journal import write_journal
 
 PHOTO = b"\xff\xd8\xff\xe0 a photo"
 
+_AT = (
+    "INSERT INTO events SELECT {position}, gateway, {seq}, kind, version, time, vehicle_id, run_id, data, hash "
+    "FROM events WHERE position = 1"
+)
+
 
 @pytest.fixture
 async def url(tmp_path: Path, databases: PostgresDatabases, monkeypatch: pytest.MonkeyPatch) -> str:
@@ -74,6 +79,8 @@ async def test_a_store_as_written_is_found_so_with_the_head_of_each_chain(url: s
         ("DELETE FROM events WHERE position = 3", "position 4: it does not follow position 2"),
         ("DELETE FROM events WHERE position = 7", "events existed up to position 7 and are missing"),
         ("DELETE FROM events WHERE position >= 6", ": event 6 existed and is missing"),
+        (_AT.format(position=8, seq=0), ": event 0: no journal has such a number"),
+        (_AT.format(position=0, seq=9), "position 0: no stream has such a number"),
         ("UPDATE plans SET document = '{}'", "plan plan-1 differs from the created one"),
         ("UPDATE runs SET document = replace(document, 'released', 'kept')", "run run-1 differs from its events"),
         ("UPDATE runs SET state = 'lost'", "run run-1 differs from its events: state"),

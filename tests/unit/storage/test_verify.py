@@ -127,6 +127,25 @@ async def test_what_is_taken_out_or_swapped_is_found(journal: Path, statements: 
     assert any(line.startswith(said) for line in (await verify_journal(journal)).alterations)
 
 
+@pytest.mark.parametrize("seq", [0, -1])
+async def test_an_event_before_the_first_proves_nothing_and_is_found(journal: Path, seq: int) -> None:
+    """Its hash needs no knowledge of the journal: that before event 1 is known to everybody."""
+    columns = "kind, version, time, vehicle_id, data"
+    alter(
+        journal,
+        f"INSERT INTO events (seq, run_id, hash, {columns}) "
+        f"SELECT {seq}, 'run-2', '{GENESIS}', {columns} FROM events WHERE kind = 'run.created'",
+        f"UPDATE events SET data = replace(data, 'run-1', 'run-2') WHERE seq = {seq}",
+        "INSERT INTO runs SELECT position + 1, 'run-2', plan_id, vehicle_id, is_over, "
+        "replace(document, 'run-1', 'run-2'), state, created_at FROM runs",
+    )
+    kept = JournalHead(seq=6, hash=(await head(journal)).hash)
+    assert (await verify_journal(journal, [kept])).alterations == [
+        f"event {seq}: no journal has such a number",
+        "run run-2 is in no event",
+    ]
+
+
 async def rewritten(path: Path) -> Verification:
     """The last event is cut off, with what it told; the chain itself has no flaw then."""
     alter(
