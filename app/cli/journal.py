@@ -53,6 +53,8 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
         err().print(f"[bold red]altered[/]: {escape(alteration)}")
     for deleted in found.unchecked:
         err().print(f"event {deleted.seq} was deleted by age: its anchor cannot be checked", markup=False)
+    for unproven in found.unproven:
+        err().print(unproven, markup=False)
     looked_at = [count(found.events, "event"), count(found.plans, "plan"), count(found.runs, "run")]
     looked_at += [count(found.attachments, "attachment")] if found.attachments else []
     result = "as written" if not found.alterations else f"ALTERED: {count(len(found.alterations), 'alteration')}"

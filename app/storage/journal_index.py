@@ -39,7 +39,9 @@ class JournalIndex:
         self._pruned: set[service.PrunedChain] = set()
         self._before = 0.0
         self._attachments_before = 0.0
+        self._left_over: set[str] = set()
         self.pruned_up_to = 0
+        self.unproven: list[str] = []
 
     def take(self, kind: object, version: object, run_id: str | None, data: object) -> bool:
         """One event as it is stored, `data` as its JSON text; False if it cannot be read."""
@@ -55,6 +57,12 @@ class JournalIndex:
         elif isinstance(payload, ServicePayload):
             self._take_record(payload)
         return True
+
+    def set_aside(self, event: Row) -> None:
+        """An event that retention deletes next. It has deleted the one before: nothing proves the content."""
+        job = object_of(event["data"]).get("job")
+        self._left_over |= {str(event["run_id"]), str(job.get("id")) if isinstance(job, dict) else ""}
+        self.unproven.append(f"event {event['seq']} is deleted by age next: nothing proves its content")
 
     def _take_record(self, payload: ServicePayload) -> None:
         """What has a table of its own, and is no run."""
@@ -122,8 +130,7 @@ class JournalIndex:
 
         `is_whole`: the store is the gateway's own, which lacks its beginning alone.
         """
-        seq = gap.event["seq"]
-        pruned = {chain.seq: chain.hash for chain in self._pruned if chain.gateway == gap.gateway}
+        seq, pruned = gap.event["seq"], self._deleted(gap.gateway)
         missing = f"event {seq}: it does not follow event {gap.after}; the events between them are missing"
         if gap.after and is_whole:
             yield missing
@@ -134,6 +141,15 @@ class JournalIndex:
             yield missing
         elif is_whole and seq in pruned:  # retention leaves it with the one before it, or not at all
             yield f"event {seq} was deleted by age and is there again: nothing proves its content"
+
+    def is_left_over(self, gateway: str, first: Row) -> bool:
+        """Whether the first event of a chain is deleted by age next, and follows no event that is recorded."""
+        pruned = self._deleted(gateway)
+        return 1 < first["seq"] <= max(pruned, default=0) and first["seq"] - 1 not in pruned
+
+    def _deleted(self, gateway: str) -> dict[int, str]:
+        """The hashes of events up to which all were deleted by age, or are to be."""
+        return {chain.seq: chain.hash for chain in self._pruned if chain.gateway == gateway}
 
     def was_pruned(self, gateway: str, head: JournalHead) -> bool:
         """Whether a gateway's newest event was deleted by age."""
@@ -200,7 +216,7 @@ class JournalIndex:
         for row in rows:
             fold = missing.pop(row["id"], None)
             if fold is None:
-                yield f"run {row['id']} is in no event"
+                yield from self._in_no_event("run", row)
                 continue
             differing = _differences(row, fold)
             if differing:
@@ -208,13 +224,19 @@ class JournalIndex:
         for run_id in missing:
             yield f"run {run_id} exists in events and is missing"
 
+    def _in_no_event(self, what: str, row: Row) -> Iterator[str]:
+        if row["id"] in self._left_over:
+            self.unproven.append(f"{what} {row['id']} is deleted by age next: nothing proves it")
+        else:
+            yield f"{what} {row['id']} is in no event"
+
     def altered_jobs(self, rows: Iterable[Row]) -> Iterator[str]:
         """Jobs that are not as their newest event left them."""
         missing = dict(self._jobs)
         for row in rows:
             recorded = missing.pop(row["id"], None)
             if recorded is None:
-                yield f"job {row['id']} is in no event"
+                yield from self._in_no_event("job", row)
             elif not _is_job(row, recorded):
                 yield f"job {row['id']} differs from its events"
         for job in missing.values():

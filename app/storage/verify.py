@@ -21,8 +21,8 @@ from app.storage.journal_index import JournalIndex
 from app.storage.migrate import APPLICATION_ID
 
 _EVENTS: Final = "SELECT seq, kind, version, time, vehicle_id, run_id, data, hash FROM events ORDER BY seq"
-_NEWEST_PRUNED: Final = (
-    "SELECT kind, version, run_id, data FROM events WHERE kind = 'journal.pruned' ORDER BY seq DESC LIMIT 1"
+_PRUNED: Final = (
+    "SELECT kind, version, run_id, data FROM events WHERE kind = 'journal.pruned' AND seq > 0 ORDER BY seq DESC"
 )
 
 
@@ -33,6 +33,7 @@ class Verification:
 
     `journal` is the gateway, or the stream of a cluster, which has the chains of several. Each alteration is a sentence
     that names the event, plan, run or attachment. `unchecked` are anchors of events that were deleted by age.
+    `unproven` are sentences about what a deletion by age that goes on, or was broken off, has left without a proof.
     """
 
     journal: str
@@ -43,6 +44,7 @@ class Verification:
     attachments: int
     alterations: Sequence[str]
     unchecked: Sequence[JournalHead] = ()
+    unproven: Sequence[str] = ()
 
 
 PROGRESS_EVENTS: Final = 10_000
@@ -69,7 +71,9 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         connection.execute("BEGIN")  # one snapshot, whatever is written meanwhile
         row = connection.execute("SELECT id FROM gateway").fetchone()
         gateway = "" if row is None else str(row["id"])
-        index, chains, found = JournalIndex(), Chains(), list[str]()
+        index, deleted, chains, found = JournalIndex(), JournalIndex(), Chains(), list[str]()
+        for pruned in connection.execute(_PRUNED):
+            deleted.take(*pruned)
         missing = defaultdict[int, set[str]](set)
         for anchor in anchors:
             missing[anchor.seq].add(anchor.hash)
@@ -77,10 +81,13 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         for event in connection.execute(_EVENTS):
             if chains.events % PROGRESS_EVENTS == 0:
                 progress(chains.events, total)
+            is_first = gateway not in chains.heads
             found += chains.take(gateway, event)
             if missing.pop(event["seq"], {event["hash"]}) != {event["hash"]}:
                 found.append(f"event {event['seq']}: its hash differs from the anchor")
-            if event["seq"] > 0 and not index.take(event["kind"], event["version"], event["run_id"], event["data"]):
+            if is_first and deleted.is_left_over(gateway, event):
+                index.set_aside(event)
+            elif event["seq"] > 0 and not index.take(event["kind"], event["version"], event["run_id"], event["data"]):
                 found.append(f"event {event['seq']}: its data cannot be read")
         found += [text for gap in chains.gaps for text in index.unexplained(gap, is_whole=True)]
         unknown = [anchor for anchor in anchors if anchor.seq in missing]
@@ -94,7 +101,7 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         found += _altered_files(connection, index, attachments_folder(path))
     unchecked = [anchor for anchor, text in lost.items() if not text]
     heads = {gateway: chains.heads[gateway]}
-    return Verification(gateway, heads, chains.events, plans, runs, index.attachments, found, unchecked)
+    return Verification(gateway, heads, chains.events, plans, runs, index.attachments, found, unchecked, index.unproven)
 
 
 def _altered_files(connection: sqlite3.Connection, index: JournalIndex, folder: Path) -> Sequence[str]:
@@ -106,7 +113,7 @@ def _altered_files(connection: sqlite3.Connection, index: JournalIndex, folder: 
     if not (found := altered()):
         return ()
     connection.execute("COMMIT")
-    newest = connection.execute(_NEWEST_PRUNED).fetchone()
+    newest = connection.execute(_PRUNED).fetchone()
     return altered() if newest is not None and index.take(*newest) else found
 
 

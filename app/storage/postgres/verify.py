@@ -15,11 +15,13 @@ from app.storage.chains import Chains, Row
 from app.storage.journal_index import JournalIndex
 from app.storage.postgres.database import PostgresDatabase
 from app.storage.postgres.events import CLUSTER_EVENTS, GATEWAYS, STREAM
+from app.storage.schema import PRUNED_KIND
 from app.storage.verify import PROGRESS_EVENTS, Progress, Verification
 
 LOOK_AGAIN_S: Final = 2.0
 """So long a document may be newer than the events: a relay sends it as it is now, with events of a moment ago."""
 _EVENTS: Final = sa.select(CLUSTER_EVENTS).order_by(CLUSTER_EVENTS.c.position)
+_PRUNED: Final = sa.select(CLUSTER_EVENTS).where(PRUNED_KIND, CLUSTER_EVENTS.c.seq > 0)
 _FILES: Final = sa.text("SELECT sha256, encode(sha256(content), 'hex') = sha256 AS is_intact FROM attachments")
 
 
@@ -50,7 +52,7 @@ async def _verified(database: PostgresDatabase, anchors: Sequence[JournalHead], 
         # one snapshot, whatever is written meanwhile
         await connection.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
         (stream,) = await _rows(connection, sa.select(STREAM))
-        chains = _Stream(stream["id"], anchors)
+        chains = _Stream(stream["id"], anchors, await _rows(connection, _PRUNED))
         async with connection.stream(_EVENTS) as events:
             async for event in events.mappings():
                 if chains.position % PROGRESS_EVENTS == 0:
@@ -80,25 +82,35 @@ async def _verified(database: PostgresDatabase, anchors: Sequence[JournalHead], 
         found += chains.own.altered_attachments(lambda sha256: files.get(sha256, False))
     heads, own = dict(chains.chains.heads), chains.own
     return Verification(
-        stream["id"], heads, chains.chains.events, len(plans), len(runs), own.attachments, found, unchecked
+        stream["id"],
+        heads,
+        chains.chains.events,
+        len(plans),
+        len(runs),
+        own.attachments,
+        found,
+        unchecked,
+        index.unproven,
     )
 
 
 class _Stream:
     """The chains of all gateways, filled event by event in the order of their positions.
 
-    `own` has what API nodes recorded: the files of these events are in the same store. `begin` is the first position,
-    and `position` the last one. `missing` are the anchors that
-    no event had yet.
+    `pruned` are the events of retention. `own` has what API nodes recorded: the files of these events are in the same
+    store. `begin` is the first position, and `position` the last one. `missing` are the anchors that no event had yet.
     """
 
-    def __init__(self, stream_id: str, anchors: Sequence[JournalHead]) -> None:
+    def __init__(self, stream_id: str, anchors: Sequence[JournalHead], pruned: Sequence[Row]) -> None:
         self.index, self.own = JournalIndex(), JournalIndex()
         self.chains = Chains()
         self.alterations: list[str] = []
         self.begin = self.position = 0
         self.missing = set(anchors)
         self._stream_id = stream_id
+        self._deleted = JournalIndex()
+        for event in pruned:
+            self._deleted.take(*_stored(event))
 
     def take(self, event: Row) -> None:
         gateway, seq = event["gateway"], event["seq"]
@@ -108,16 +120,24 @@ class _Stream:
             self.begin = event["position"]
         elif event["position"] != self.position + 1:
             self.alterations.append(f"position {event['position']}: it does not follow position {self.position}")
+        is_first = gateway not in self.chains.heads
         self.alterations += [f"{gateway}: {one}" for one in self.chains.take(gateway, event)]
         self.position = event["position"]
         self.missing.discard(JournalHead(seq=seq, hash=event["hash"]))
         if seq < 1:
             return
-        stored = (event["kind"], event["version"], event["run_id"], event["data"])
+        if is_first and self._deleted.is_left_over(gateway, event):
+            self.index.set_aside(event)
+            return
+        stored = _stored(event)
         if not self.index.take(*stored):
             self.alterations.append(f"{gateway}: event {seq}: its data cannot be read")
         if gateway == self._stream_id:
             self.own.take(*stored)
+
+
+def _stored(event: Row) -> tuple[Any, Any, Any, Any]:
+    return event["kind"], event["version"], event["run_id"], event["data"]
 
 
 async def _rows(connection: AsyncConnection, query: sa.Executable) -> Sequence[sa.RowMapping]:

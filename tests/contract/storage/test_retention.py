@@ -362,3 +362,25 @@ async def test_a_round_that_was_broken_off_is_ended_by_the_next(kept: Kept) -> N
     assert await kept.positions() == [451, 452, 453]
     assert len(await kept.pruned()) == 1
     assert await kept.alterations() == []
+
+
+async def test_what_a_broken_off_round_has_left_without_a_proof_is_told_and_no_alteration(kept: Kept) -> None:
+    plan = await kept.history.plan(1, day=1)
+    await kept.history.items(day=1, count=197)
+    await kept.history.run(1, plan, day=1, ended=1.1)
+    await kept.history.items(day=2, count=10)
+    await kept.history.items(day=90)
+    with pytest.raises(StorageError):
+        await kept.prune(through=BreakingOff(kept.stores.retention))
+    assert ((await kept.positions())[0], await kept.runs()) == (201, ["run-1"]), "its end is the first that is left"
+    found = await kept.verify([])
+    assert (found.alterations, found.unproven) == (
+        [],
+        [
+            "event 201 is deleted by age next: nothing proves its content",
+            "run run-1 is deleted by age next: nothing proves it",
+        ],
+    )
+    await kept.prune()
+    found = await kept.verify([])
+    assert (found.alterations, found.unproven) == ([], [])

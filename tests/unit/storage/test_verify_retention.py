@@ -15,14 +15,18 @@ import pytest
 
 from app.domain.events.event import JournalHead, event_hash
 from app.domain.events.service import JournalPruned
+from app.domain.run.run import RunState
 from app.services.journal import Journal
 from app.services.retention import Retention, RetentionPeriods
 from app.storage import Storage, open_storage, verify_journal
 from app.storage.attachments import attachments_folder, file_path
+from app.storage.dispatch import run_row
 from tests.support.fakes import ManualClock
 from tests.support.old_journal import DAY_S, TODAY_S, History
+from tests.support.stored_samples import run
 from tests.support.verified_journal import DOCUMENT, alter
 
+COLUMNS = ("kind", "version", "time", "vehicle_id", "run_id", "data", "seq", "hash")
 OTHER = json.dumps(DOCUMENT | {"version": 2})
 
 
@@ -54,7 +58,7 @@ def put_in(path: Path, *events: Sequence[object]) -> None:
     alter(path)
     with closing(sqlite3.connect(path)) as connection:
         connection.executemany(
-            "INSERT INTO events (kind, version, time, vehicle_id, run_id, data, seq, hash) VALUES (?,?,?,?,?,?,?,?)",
+            f"INSERT INTO events ({', '.join(COLUMNS)}) VALUES ({', '.join('?' * len(COLUMNS))})",
             events,
         )
         connection.commit()
@@ -113,6 +117,32 @@ async def test_an_event_that_was_put_in_as_the_last_deleted_one_is_found(journal
     assert (await verify_journal(journal)).alterations == [
         "event 6 was deleted by age and is there again: nothing proves its content"
     ]
+
+
+async def test_the_first_event_that_is_brought_back_altered_proves_nothing_and_is_told(tmp_path: Path) -> None:
+    """As if a deletion by age had been broken off: the events after it prove its hash, and not its content."""
+    path = tmp_path / "journal.db"
+    async with open_storage(path) as storage:
+        history = History(storage.events)
+        await history.items(day=1, count=4)
+        await history.items(day=90)
+        with closing(sqlite3.connect(path)) as connection:
+            (*_, hash_3), event_4 = connection.execute(f"SELECT {', '.join(COLUMNS)} FROM events WHERE seq IN (3, 4)")
+        await prune(storage, days=30)
+    delivered = run(9).model_copy(update={"state": RunState.COMPLETED})
+    told = {**forged(""), "kind": "run.changed", "run_id": delivered.id, "data": delivered.model_dump_json()}
+    put_in(path, (*told.values(), 3, hash_3), event_4)
+    row = run_row(delivered)
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute(f"INSERT INTO runs ({', '.join(row)}) VALUES ({', '.join('?' * len(row))})", [*row.values()])
+    found = await verify_journal(path)
+    assert (found.alterations, found.unproven) == (
+        [],
+        [
+            "event 3 is deleted by age next: nothing proves its content",
+            "run run-9 is deleted by age next: nothing proves it",
+        ],
+    )
 
 
 async def test_an_anchor_that_differs_from_the_last_deleted_event_is_found(journal: Path) -> None:
