@@ -168,6 +168,10 @@ class StorageError(WaydropError, code="storage.failed"):
     """The journal is not writable, so nothing may be reported as done."""
 
 
+class RecordRefusedError(StorageError):
+    """The journal refuses what one call wants to store. What was to be stored with it may be stored without it."""
+
+
 class EventsPrunedError(WaydropError, code="events.pruned"):
     """Events after the requested one were deleted by age; `first_seq` is the oldest that is kept."""
 

@@ -8,7 +8,7 @@ from collections.abc import AsyncGenerator, Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.errors import EventsPrunedError, InvalidInputError, StorageError, WaydropError
+from app.domain.errors import EventsPrunedError, InvalidInputError, RecordRefusedError, StorageError, WaydropError
 from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.service import JournalPruned
 from app.domain.ports.journal import EventReader
@@ -185,7 +185,7 @@ class Journal:
         self._writer = asyncio.create_task(self._write_all(), name="journal writer")
 
     async def close(self) -> None:
-        """Store what was recorded before this call, then close all subscriptions. Idempotent."""
+        """Store what was recorded before this call, until that fails, then close all subscriptions. Idempotent."""
         await self._slots.acquire()  # after all that record already
         self._closed = True
         self._filled.set()
@@ -272,7 +272,9 @@ class Journal:
         try:
             while batch := await self._next_batch():
                 await self._store_batch(batch)
-        finally:  # after close() nothing is left; after a defect nobody may wait for ever
+                if self._closed and not self._healthy:
+                    break  # the rest would keep a service that stops waiting
+        finally:  # after close() nothing is left, unless the disk failed; after a defect nobody may wait for ever
             self._closed = True
             self._healthy = False
             batch += self._taken(len(self._waiting))
@@ -305,8 +307,8 @@ class Journal:
             stored = await self._store.append(events, runs, plans, jobs, answers)
         except WaydropError as error:
             self._healthy = not isinstance(error, StorageError)
-            if len(batch) == 1:
-                _fail(batch, error)
+            if len(batch) == 1 or not isinstance(error, InvalidInputError | RecordRefusedError):
+                _fail(batch, error)  # a full disk or a lock concerns all: each alone would wait for it once more
                 return
             for call in batch:  # invalid data of one call must not affect the others
                 await self._store_batch((call,))

@@ -18,7 +18,7 @@ from pydantic import BaseModel, ValidationError
 from sqlalchemy.dialects import sqlite
 from sqlalchemy.exc import DBAPIError
 
-from app.domain.errors import InvalidInputError, StorageError
+from app.domain.errors import InvalidInputError, RecordRefusedError, StorageError
 from app.storage.private import private_folder
 
 # primary result code (sqlite_errorname up to its second "_") -> what is wrong, how to fix it
@@ -41,11 +41,17 @@ _MEANING: Final[dict[str, tuple[str, str]]] = {
 }
 
 
+_OF_ONE_CALL: Final = ("SQLITE_CONSTRAINT", "SQLITE_TOOBIG", "SQLITE_MISMATCH", "SQLITE_ERROR")
+"""What the data of a call may cause. The other errors are the file's."""
+
+
 def storage_error(error: sqlite3.Error | BaseException | None, path: Path) -> StorageError:
     """The StorageError for an error of SQLite; `extra["sqlite"]` is SQLite's name for it, such as SQLITE_FULL."""
     name = str(getattr(error, "sqlite_errorname", "") or "SQLITE_ERROR")
-    meaning, hint = _MEANING.get("_".join(name.split("_")[:2]), ("the database refused", ""))
-    return StorageError(f"journal {path}: {meaning} ({error})", hint=hint, sqlite=name)
+    primary = "_".join(name.split("_")[:2])
+    meaning, hint = _MEANING.get(primary, ("the database refused", ""))
+    kind = RecordRefusedError if primary in _OF_ONE_CALL else StorageError
+    return kind(f"journal {path}: {meaning} ({error})", hint=hint, sqlite=name)
 
 
 @contextmanager
@@ -174,7 +180,10 @@ class TableAccess(Protocol):
         """The rows of a query that sees all that is committed."""
 
 
-BUSY_TIMEOUT_MS: Final = 5000
+BUSY_TIMEOUT_MS: Final = 2000
+"""Another program writes for a moment. A stop of the service waits for what is under way: it takes 3 s at most."""
+LOCKED_TIMEOUT_MS: Final = 50
+"""Once one write has waited in vain, the next ones only look whether the lock is gone."""
 READERS: Final = 3
 CACHE_KIB: Final = 1000
 """Of each connection. SQLite's own 2,000 fill up over hours as a journal grows; commits take no longer with these."""
@@ -182,12 +191,17 @@ CACHE_KIB: Final = 1000
 # FULL and not NORMAL: in WAL mode NORMAL syncs only at checkpoints, so a power cut takes back the newest commits.
 # A drop command is recorded before it is sent; if that record were lost, the restart could drop again.
 _PRAGMAS: Final = (
-    f"PRAGMA busy_timeout = {BUSY_TIMEOUT_MS}",
     "PRAGMA synchronous = FULL",
     "PRAGMA foreign_keys = ON",
     f"PRAGMA cache_size = -{CACHE_KIB}",
     f"PRAGMA journal_size_limit = {64 * 1024 * 1024}",
 )
+
+
+def _patience(timeout_ms: int) -> str:
+    return f"PRAGMA busy_timeout = {timeout_ms}"
+
+
 _READ_PRAGMAS: Final = (*_PRAGMAS, "PRAGMA query_only = ON")
 
 
@@ -206,6 +220,7 @@ class Database:
         self._appender: Final = _Visitor(path, _PRAGMAS, "BEGIN IMMEDIATE")
         self._looker: Final = _Visitor(path, _READ_PRAGMAS, "BEGIN")
         self._turn: Final = asyncio.Lock()  # of the two that write
+        self._patience_ms = BUSY_TIMEOUT_MS
 
     async def write(self, work: Work[T]) -> T:
         """Do `work` in a transaction: committed and on disk when this returns, undone if it raises.
@@ -220,7 +235,9 @@ class Database:
         with storage_errors(self.path):
             await self._turn.acquire()
             try:
-                committed = self._appender.run(work)  # at once, and not in a task: the caller's other work comes after
+                committed = self._appender.run(
+                    work, self._patience_ms
+                )  # at once, and not in a task: the caller's other work comes after
             except RuntimeError:  # closed
                 self._turn.release()
                 raise
@@ -250,11 +267,20 @@ class Database:
 
     async def _write(self, work: Work[T]) -> T:
         async with self._turn:
-            return await self._writer.run(work)
+            committed = self._writer.run(work, self._patience_ms)
+            committed.add_done_callback(self._learn_patience)
+            return await committed
 
     def _appended(self, committed: asyncio.Future[Any]) -> None:
+        self._learn_patience(committed)
         self._going_on.discard(committed)
         self._turn.release()
+
+    def _learn_patience(self, committed: asyncio.Future[Any]) -> None:
+        error = None if committed.cancelled() else committed.exception()
+        cause = error.orig if isinstance(error, DBAPIError) else error
+        is_locked = str(getattr(cause, "sqlite_errorname", "")).startswith("SQLITE_BUSY")
+        self._patience_ms = LOCKED_TIMEOUT_MS if is_locked else BUSY_TIMEOUT_MS
 
     async def _to_its_end(self, visit: asyncio.Future[T]) -> T:
         self._going_on.add(visit)  # if its caller is cancelled, the thread works on, and may have the write lock
@@ -273,9 +299,9 @@ class _Visitor:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="journal")
         self._connection: sqlite3.Connection | None = None
 
-    def run(self, work: Callable[[sqlite3.Connection], T]) -> asyncio.Future[T]:
+    def run(self, work: Callable[[sqlite3.Connection], T], patience_ms: int = BUSY_TIMEOUT_MS) -> asyncio.Future[T]:
         """Do `work` in a transaction."""
-        return asyncio.get_running_loop().run_in_executor(self._thread, self._transact, work)
+        return asyncio.get_running_loop().run_in_executor(self._thread, self._transact, work, patience_ms)
 
     async def close(self) -> None:
         """Idempotent."""
@@ -284,8 +310,9 @@ class _Visitor:
             self._connection.close()
             self._connection = None
 
-    def _transact(self, work: Callable[[sqlite3.Connection], T]) -> T:
+    def _transact(self, work: Callable[[sqlite3.Connection], T], patience_ms: int) -> T:
         connection = self._connection = self._connection or self._connect()
+        connection.execute(_patience(patience_ms))
         connection.execute(self._begin)
         try:
             result = work(connection)
@@ -314,17 +341,18 @@ class _Pool:
         self._engine = _engine(path, connections, pragmas)
         self._threads = ThreadPoolExecutor(connections, thread_name_prefix="journal")
 
-    def run(self, work: Work[T]) -> asyncio.Future[T]:
+    def run(self, work: Work[T], patience_ms: int = BUSY_TIMEOUT_MS) -> asyncio.Future[T]:
         """Do `work` in a transaction."""
-        return asyncio.get_running_loop().run_in_executor(self._threads, self._transact, work)
+        return asyncio.get_running_loop().run_in_executor(self._threads, self._transact, work, patience_ms)
 
     async def close(self) -> None:
         """Idempotent."""
         self._threads.shutdown()  # idle, as above
         self._engine.dispose()
 
-    def _transact(self, work: Work[T]) -> T:
+    def _transact(self, work: Work[T], patience_ms: int) -> T:
         with self._engine.begin() as connection:
+            connection.exec_driver_sql(_patience(patience_ms))
             return work(connection)
 
 

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from app.domain.errors import InvalidInputError, StorageError
+from app.domain.errors import InvalidInputError, RecordRefusedError, StorageError
 from app.domain.events import EventKind, NewEvent
 from app.domain.run.run import Run
 from app.services.journal import Journal, SubscriptionClosedError, SubscriptionOverflowError
@@ -149,7 +149,7 @@ async def test_recording_nothing_waits_for_what_was_recorded_before(journal: Jou
 async def test_a_failure_reaches_every_recorder_and_nobody_else(journal: Journal, store: MemoryEventStore) -> None:
     subscription = journal.subscribe(10)
     store.pause()
-    store.failures += [full() for _ in range(5)]  # the commit of all four, then each alone
+    store.failures.append(full())  # of the commit of all four: none of them is tried again, to fail as late
     calls = [asyncio.create_task(journal.record(event(n))) for n in range(4)]
     await settle()
     store.open.set()
@@ -157,6 +157,20 @@ async def test_a_failure_reaches_every_recorder_and_nobody_else(journal: Journal
     assert [type(answer) for answer in answers] == [StorageError] * 4
     assert subscription.get_nowait() is None
     assert not journal.healthy
+    assert store.events == []
+
+
+async def test_a_call_that_the_store_refuses_does_not_take_the_others_with_it(
+    journal: Journal, store: MemoryEventStore
+) -> None:
+    store.refuse = lambda event: RecordRefusedError("a constraint") if data_of(event)["seq"] == 2 else None
+    store.pause()
+    calls = [asyncio.create_task(journal.record(event(n))) for n in range(4)]
+    await settle()
+    store.open.set()
+    answers = await asyncio.gather(*calls, return_exceptions=True)
+    assert isinstance(answers[2], RecordRefusedError)
+    assert [data_of(one)["seq"] for one in store.events] == [0, 1, 3]
 
 
 async def test_after_a_failure_the_journal_goes_on_without_a_gap(journal: Journal, store: MemoryEventStore) -> None:
@@ -223,6 +237,21 @@ async def test_close_waits_for_recorders_that_wait_for_room(store: MemoryEventSt
     store.open.set()
     await closing
     assert len(await asyncio.gather(*before)) == 6
+
+
+async def test_closing_waits_for_no_second_failure(store: MemoryEventStore) -> None:
+    journal = Journal(store, ManualClock(), batch_events=1)
+    await journal.start()
+    store.pause()
+    before = [asyncio.create_task(journal.record(event(n))) for n in range(5)]
+    await settle()
+    closing = asyncio.create_task(journal.close())
+    await settle()
+    store.failures.append(full())
+    store.open.set()
+    await closing
+    answers = await asyncio.gather(*before, return_exceptions=True)
+    assert [type(answer) for answer in answers] == [StorageError] * 5
 
 
 async def test_closing_twice_is_fine_and_a_closed_journal_is_not_healthy(journal: Journal) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from app.domain.errors import StorageError
+from app.domain.errors import RecordRefusedError, StorageError
 from app.storage.database import CACHE_KIB, Database
 from app.storage.migrate import migrate
 from app.storage.schema import GATEWAY
@@ -43,7 +43,7 @@ async def gateways(database: Database) -> int:
 
 
 @pytest.mark.parametrize(
-    ("pragma", "value"), [("synchronous", FULL), ("journal_mode", "wal"), ("foreign_keys", 1), ("busy_timeout", 5000)]
+    ("pragma", "value"), [("synchronous", FULL), ("journal_mode", "wal"), ("foreign_keys", 1), ("busy_timeout", 2000)]
 )
 async def test_a_commit_is_on_disk_and_keys_are_checked(database: Database, pragma: str, value: object) -> None:
     answer = await database.write(lambda connection: connection.exec_driver_sql(f"PRAGMA {pragma}").scalar_one())
@@ -114,6 +114,30 @@ async def test_an_append_is_committed_or_undone_whole(database: Database) -> Non
     assert await gateways(database) == 0
     await database.append(append_one)
     assert await gateways(database) == 1
+
+
+async def test_one_write_waits_for_another_programs_lock_and_the_next_ones_only_look(
+    database: Database,
+) -> None:
+    with closing(sqlite3.connect(database.path, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(StorageError, match="another program has locked it"):
+            await database.append(append_one)
+        async with asyncio.timeout(10.0):
+            for _ in range(10):
+                with pytest.raises(StorageError, match="another program has locked it"):
+                    await database.append(append_one)
+                with pytest.raises(StorageError, match="another program has locked it"):
+                    await database.write(insert)
+        other.execute("ROLLBACK")
+    await database.append(append_one)
+    assert await database.append(lambda one: one.execute("PRAGMA busy_timeout").fetchone()) == (2000,)
+
+
+async def test_a_constraint_is_told_as_the_fault_of_one_call(database: Database) -> None:
+    await database.append(append_one)
+    with pytest.raises(RecordRefusedError, match="constraint"):
+        await database.append(append_one)
 
 
 async def test_an_append_waits_for_a_write_that_goes_on(database: Database) -> None:
