@@ -97,6 +97,7 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         found += index.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
         found += index.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
         found += index.altered_queues(connection.execute("SELECT * FROM job_queues ORDER BY vehicle_id"))
+        found += [line for (line,) in connection.execute("PRAGMA integrity_check") if line != "ok"]  # e.g. of an index
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
         found += _altered_files(connection, index, attachments_folder(path))
     unchecked = [anchor for anchor, text in lost.items() if not text]

@@ -146,6 +146,19 @@ async def test_an_event_before_the_first_proves_nothing_and_is_found(journal: Pa
     ]
 
 
+async def test_an_index_that_hides_an_event_is_found(journal: Path) -> None:
+    """The service finds the events of a run by an index, and would not show this one."""
+    made = "SELECT sql FROM sqlite_schema WHERE name = 'ix_events_run_id_seq'"
+    with closing(sqlite3.connect(journal)) as connection:
+        (sql,) = connection.execute(made).fetchone()
+        connection.execute("DROP INDEX ix_events_run_id_seq")
+        connection.execute(f"{sql} AND seq <> 6")
+        connection.execute("PRAGMA writable_schema = ON")
+        connection.execute("UPDATE sqlite_schema SET sql = ? WHERE name = 'ix_events_run_id_seq'", (sql,))
+        connection.commit()
+    assert "row 6 missing from index ix_events_run_id_seq" in (await verify_journal(journal)).alterations
+
+
 async def rewritten(path: Path) -> Verification:
     """The last event is cut off, with what it told; the chain itself has no flaw then."""
     alter(
