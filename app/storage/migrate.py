@@ -11,6 +11,7 @@ import sqlalchemy as sa
 
 from app.domain.errors import StorageError
 from app.storage.database import storage_errors
+from app.storage.private import refuse_lost_journal
 from app.storage.schema import REVISION
 
 APPLICATION_ID: Final = 0x57617964
@@ -39,6 +40,7 @@ def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
 
 def require_current(path: Path) -> None:
     """Leave the journal as it is. Raises StorageError unless it has this version's tables."""
+    refuse_lost_journal(path)
     with storage_errors(path), _connected(path) as connection:
         if _revision(connection) != REVISION:
             raise StorageError(

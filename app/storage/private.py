@@ -90,6 +90,28 @@ def secret_box(path: Path) -> SecretBox:
         ) from error
 
 
+# A journal that is empty beside what belongs to it was lost, by a file system that was repaired or a restore that was
+# broken off. SQLite would take it for a new one, and delete the write-ahead log, which may have the newest events.
+
+
+def refuse_lost_journal(journal: Path) -> None:
+    """Before anything opens the journal. Blocking. Raises StorageError: it is empty or gone, and what it had is not."""
+    if _has_content(journal):
+        return
+    log, files = journal.with_name(journal.name + "-wal"), journal.with_name("attachments")
+    for left, is_full in ((log, _has_content(log)), (files, files.is_dir() and any(files.iterdir()))):
+        if is_full:
+            state = "is empty" if journal.exists() else "is gone"
+            raise StorageError(
+                f"journal {journal} {state}, but {left} is not: it was lost",
+                hint="restore the journal from a backup; to start a new one, move the other files out of the folder",
+            )
+
+
+def _has_content(path: Path) -> bool:
+    return path.exists() and path.stat().st_size > 0
+
+
 # A file that says that access tokens were created. A journal that was lost or emptied must not open the service to
 # everybody on this machine, as a new one would.
 
@@ -129,7 +151,7 @@ def refuse_lost_tokens(journal: Path, tokens: int | None = None) -> None:
     marker = tokens_marker(journal)
     if not marker.exists():
         return
-    is_lost = not journal.exists() or journal.stat().st_size == 0 if tokens is None else tokens == 0
+    is_lost = not _has_content(journal) if tokens is None else tokens == 0
     if is_lost:
         state = "contains none" if tokens == 0 else "is empty" if journal.exists() else "is gone"
         raise StorageError(

@@ -34,7 +34,7 @@ from app.storage.database import Database, JournalInUseError, exclusive_lock, no
 from app.storage.dispatch import TableJobStore, TablePlanStore, TableRunStore
 from app.storage.events import SqliteEventStore, SqliteFlightLog
 from app.storage.migrate import migrate, require_current
-from app.storage.private import KEY_NAME, mark_tokens, private_file, refuse_lost_tokens, secret_box
+from app.storage.private import KEY_NAME, mark_tokens, private_file, refuse_lost_journal, refuse_lost_tokens, secret_box
 from app.storage.refusals import TableRefusalStore
 from app.storage.relay import RecentCommits, SqliteRelayLog
 from app.storage.retention import SqliteRetentionStore
@@ -151,6 +151,7 @@ async def open_flight_log(path: Path) -> AsyncIterator[FlightLog]:
 def _make_current(path: Path) -> None:
     """Create or upgrade the journal, for its owner alone. Blocking."""
     refuse_lost_tokens(path)
+    refuse_lost_journal(path)
     try:
         private_file(path)
     except OSError as error:

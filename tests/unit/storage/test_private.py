@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sqlite3
 import stat
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import AbstractAsyncContextManager, closing
 from pathlib import Path
 
 import pytest
 
 from app.domain.errors import StorageError
 from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
-from app.storage import open_storage, open_tokens
+from app.storage import open_flight_log, open_storage, open_tokens
 from app.storage.private import SecretBox, secret_box, tokens_marker
-from tests.support.stored_samples import token
+from tests.support.stored_samples import event, token
 
 SECRET = "whsec_a-secret-that-signs-messages"
 
@@ -145,6 +146,36 @@ async def test_a_journal_of_an_older_version_with_tokens_gets_its_marker(journal
     tokens_marker(journal).unlink()
     async with open_storage(journal):
         assert tokens_marker(journal).exists()
+
+
+@pytest.mark.parametrize("loss", ["emptied", "gone"])
+@pytest.mark.parametrize("opened", [open_storage, open_tokens, open_flight_log])
+async def test_a_lost_journal_is_not_begun_anew_beside_its_write_ahead_log(
+    journal: Path, opened: Callable[[Path], AbstractAsyncContextManager[object]], loss: str
+) -> None:
+    log = journal.with_name("waydrop.db-wal")
+    async with open_storage(journal) as storage:
+        await storage.events.append([event(1)])
+        newest = log.read_bytes()
+    lose(journal, loss, other=journal)
+    log.write_bytes(newest)
+    with pytest.raises(StorageError, match=r"it was lost|there is no journal"):
+        async with opened(journal):
+            pass
+    assert log.read_bytes() == newest, "it may have the newest events"
+
+
+async def test_a_lost_journal_is_not_begun_anew_beside_its_attachments(journal: Path) -> None:
+    async with open_storage(journal) as storage:
+        await storage.attachments.put("ab" * 32, b"x")
+    lose(journal, "gone", other=journal)
+    with pytest.raises(StorageError, match="attachments is not: it was lost") as refused:
+        async with open_storage(journal):
+            pass
+    assert "backup" in refused.value.hint
+    shutil.rmtree(journal.with_name("attachments"))
+    async with open_storage(journal) as storage:
+        assert await storage.events.last_seq() == 0, "whoever moves them away begins anew"
 
 
 async def test_revoked_tokens_are_tokens(journal: Path) -> None:
