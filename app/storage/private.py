@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 from pathlib import Path
 from typing import Final
 
@@ -68,17 +69,9 @@ def secret_box(path: Path) -> SecretBox:
         StorageError: the file cannot be read or created, or contains no key.
     """
     try:
-        try:
-            handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, FILE_MODE)
-        except FileExistsError:
-            return SecretBox(path.read_bytes().strip())
-        key = Fernet.generate_key()
-        with os.fdopen(handle, "wb") as file:
-            file.write(key + b"\n")
-            file.flush()
-            os.fsync(file.fileno())
-        sync_folder(path.parent)
-        return SecretBox(key)
+        if not path.exists():
+            _make_key(path)
+        return SecretBox(path.read_bytes().strip())
     except OSError as error:
         raise StorageError(
             f"key file {path}: {error.strerror or error}", hint="give the user that runs Waydrop access to it"
@@ -88,6 +81,25 @@ def secret_box(path: Path) -> SecretBox:
             f"key file {path} does not contain a key",
             hint="restore it from a backup; without a backup, delete it and create the webhooks again",
         ) from error
+
+
+def _make_key(path: Path) -> None:
+    """The name comes with the content: a full disk or a kill leaves no empty key. Raises OSError."""
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    try:
+        with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, FILE_MODE), "wb") as file:
+            file.write(Fernet.generate_key() + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+        try:
+            os.link(part, path)
+        except FileExistsError:
+            pass  # another node has made one
+        except PermissionError:  # the file system has no hard links
+            part.rename(path)
+    finally:
+        part.unlink(missing_ok=True)
+    sync_folder(path.parent)
 
 
 # A journal that is empty beside what belongs to it was lost, by a file system that was repaired or a restore that was

@@ -8,6 +8,7 @@ import sqlite3
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import AbstractAsyncContextManager, closing
+from errno import ENOSPC, EPERM
 from pathlib import Path
 
 import pytest
@@ -113,6 +114,31 @@ def test_a_key_file_without_a_key_is_told(tmp_path: Path, content: bytes) -> Non
     (tmp_path / "secret.key").write_bytes(content)
     with pytest.raises(StorageError, match="does not contain a key"):
         secret_box(tmp_path / "secret.key")
+
+
+@pytest.mark.parametrize("step", ["fsync", "link"])
+def test_a_full_disk_or_a_kill_leaves_no_empty_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str) -> None:
+    key = tmp_path / "secret.key"
+
+    def fail(*_: object) -> None:
+        assert not key.exists(), "a kill at this moment would leave it so"
+        raise OSError(ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as full:
+        full.setattr(os, step, fail)
+        with pytest.raises(StorageError, match="No space left"):
+            secret_box(key)
+    assert list(tmp_path.iterdir()) == []
+    assert secret_box(key).seal(SECRET), "there is room again"
+
+
+def test_a_key_is_made_where_there_are_no_hard_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise PermissionError(EPERM, "Operation not permitted")  # as vfat says
+
+    monkeypatch.setattr(os, "link", fail)
+    sealed = secret_box(tmp_path / "secret.key").seal(SECRET)
+    assert secret_box(tmp_path / "secret.key").open(sealed) == SECRET
 
 
 def test_a_key_is_made_once(tmp_path: Path) -> None:
