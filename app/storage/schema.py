@@ -10,7 +10,7 @@ import sqlalchemy as sa
 
 METADATA = sa.MetaData()
 
-REVISION = "journal_3"
+REVISION = "journal_4"
 """The newest step of migrations/versions: a journal at it has these tables."""
 
 OFFBOARD_KINDS = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'task.changed')")
@@ -80,6 +80,7 @@ RUNS = sa.Table(
     sa.Index("ix_runs_vehicle_id_position", "vehicle_id", "position"),
     sa.Index("ix_runs_plan_id_position", "plan_id", "position"),
     sa.Index("ix_runs_state_position", "state", "position"),
+    sa.Index("ix_runs_created_at_position", "created_at", "position"),
     sa.Index("ix_runs_open", "position", sqlite_where=sa.text("is_over = 0")),
 )
 

@@ -12,7 +12,7 @@ from app.domain.errors import StorageError
 from app.storage.postgres.database import PostgresDatabase
 
 MIGRATIONS: Final = Path(__file__).parent / "migrations"
-REVISION: Final = "cluster_4"
+REVISION: Final = "cluster_5"
 """The newest step of migrations/versions."""
 
 LOCK: Final = 0x57617964

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 import sqlite3
 import subprocess
@@ -72,6 +73,31 @@ def later_scripts(tmp_path: Path) -> Path:
 def test_the_newest_step_is_the_one_that_the_code_knows(journal: Path) -> None:
     migrate(journal)
     assert revision(journal) == REVISION
+
+
+def test_a_step_names_one_schema_for_ever(journal: Path) -> None:
+    """A journal at REVISION is not looked at again: what a schema gets more, journals that exist would never get.
+
+    If this fails, add a step to migrations/versions, set REVISION to it, and then this hash.
+    """
+    migrate(journal)
+    with opened(journal) as connection:
+        made = sorted(sql for (sql,) in connection.execute("SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL"))
+    schema = hashlib.sha256("\n".join(made).encode()).hexdigest()
+    assert (REVISION, schema) == ("journal_4", "a71b473d54594627153eccebbd08e87f6a0cc0845894ed07615c275a99e7a1e1")
+
+
+def test_a_journal_of_an_early_journal_3_gets_the_indexes_that_it_lacks(journal: Path) -> None:
+    migrate(journal)
+    lacking = {"ix_jobs_plan_id_position", "ix_runs_created_at_position"}
+    with opened(journal) as connection, connection:
+        for name in lacking:
+            connection.execute(f"DROP INDEX {name}")
+        connection.execute("UPDATE alembic_version SET version_num = 'journal_3'")
+    migrate(journal)
+    with opened(journal) as connection:
+        indexes = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'index'")}
+    assert (lacking <= indexes, revision(journal)) == (True, REVISION)
 
 
 def test_a_journal_that_is_up_to_date_is_opened_without_alembic(journal: Path) -> None:
