@@ -97,7 +97,7 @@ class Retention:
         due = last or JournalPruned(up_to=0, chains=(), before=None, attachments_before=None)
         if self._periods.events_s is not None:
             before = now - self._periods.events_s
-            await self._log_what_keeps(before)
+            await self._log_what_keeps(before, now)
             if (old := await self._store.prunable(before=before, up_to=await self._most())) is not None:
                 chains = {chain.gateway: chain for chain in (*due.chains, *old.chains)}
                 changes = {"up_to": old.up_to, "chains": tuple(chains.values()), "before": before}
@@ -108,10 +108,13 @@ class Retention:
                 due = due.model_copy(update={"attachments_before": before})
         return None if due == last or due.before is due.attachments_before is None else due
 
-    async def _log_what_keeps(self, before: float) -> None:
+    async def _log_what_keeps(self, before: float, now: float) -> None:
         oldest = await self._store.oldest_open()
         if oldest is not None and oldest[1] < before:
             log.warning("a run or job that is not over keeps old events", id=oldest[0], created_at=oldest[1])
+        younger = await self._store.first_younger(before=before)
+        if younger is not None and younger[1] > now + DAY_S:
+            log.warning("an event with a time in the future keeps old events", position=younger[0], time=younger[1])
 
     async def _most(self) -> int:
         """Up to which event this journal is not the only one. Files are deleted also if the cluster cannot be asked."""

@@ -56,19 +56,23 @@ class SqliteRetentionStore:
             return row["id"], row["created_at"]
         return None
 
+    async def first_younger(self, *, before: float) -> tuple[int, float] | None:
+        """See RetentionStore."""
+        younger = sa.select(EVENTS.c.seq, EVENTS.c.time).where(EVENTS.c.time >= before)
+        for row in await self._database.read(younger.order_by(EVENTS.c.seq).limit(1)):
+            return row["seq"], row["time"]
+        return None
+
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """See RetentionStore."""
         if (oldest := await self.oldest_open()) is not None:
             before = min(before, oldest[1] - MARGIN_S)
         of_open = EVENTS.c.run_id.in_(sa.select(RUNS.c.id).where(RUNS.c.is_over.is_(False)))
-        kept = (
-            sa.select(EVENTS.c.seq).where(EVENTS.c.time >= before).order_by(EVENTS.c.seq).limit(1),
-            sa.select(sa.func.min(EVENTS.c.seq).label("seq")).where(of_open),
-        )
-        for query in kept:
-            for row in await self._database.read(query):
-                if row["seq"] is not None:
-                    up_to = min(up_to, row["seq"] - 1)
+        if (younger := await self.first_younger(before=before)) is not None:
+            up_to = min(up_to, younger[0] - 1)
+        for row in await self._database.read(sa.select(sa.func.min(EVENTS.c.seq).label("seq")).where(of_open)):
+            if row["seq"] is not None:
+                up_to = min(up_to, row["seq"] - 1)
         head = sa.select(EVENTS.c.seq, EVENTS.c.hash).where(EVENTS.c.seq == up_to)
         for row in await self._database.read(head):
             return PrunedTo(up_to, (PrunedChain(gateway=self._gateway_id, **row),))

@@ -166,6 +166,9 @@ class RetentionStore(Protocol):
     async def oldest_open(self) -> tuple[str, float] | None:
         """The oldest run or job that is not over, and when it was created: it keeps all later events."""
 
+    async def first_younger(self, *, before: float) -> tuple[int, float] | None:
+        """Position and time of the first event that is not older than `before`: it keeps all later ones, too."""
+
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """The events older than `before`, and at most up to the position `up_to`; None if there are none.
 

@@ -25,6 +25,10 @@ _OLDEST_OPEN: Final = sa.text(
     "SELECT id, (document::json ->> 'created_at')::double precision FROM jobs WHERE NOT is_over) "
     "AS open (id, created_at) ORDER BY created_at LIMIT 1"
 )
+_FIRST_YOUNGER: Final = sa.text(
+    "SELECT position, time FROM events WHERE position < (SELECT min(position) + :most FROM events) "
+    "AND time >= :before ORDER BY position LIMIT 1"
+)
 _FIRST_KEPT: Final = sa.text(
     "WITH oldest AS (SELECT min(position) + :most AS beyond FROM events) SELECT least(beyond, "
     "(SELECT position FROM events WHERE position < beyond AND time >= :before ORDER BY position LIMIT 1), "
@@ -72,6 +76,16 @@ class PostgresRetentionStore:
     async def oldest_open(self) -> tuple[str, float] | None:
         """See RetentionStore."""
         return await self._database.transact(_oldest_open)
+
+    async def first_younger(self, *, before: float) -> tuple[int, float] | None:
+        """See RetentionStore; of the events of one round."""
+
+        async def look(connection: AsyncConnection) -> tuple[int, float] | None:
+            limits = {"before": before, "most": EVENTS_IN_ROUND}
+            row = (await connection.execute(_FIRST_YOUNGER, limits)).one_or_none()
+            return None if row is None else (row.position, row.time)
+
+        return await self._database.transact(look)
 
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """See RetentionStore."""

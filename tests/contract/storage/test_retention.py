@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from structlog.testing import capture_logs
 
 from app.domain.errors import EventsPrunedError, StorageError
 from app.domain.events import Event, EventKind, NewEvent
@@ -252,6 +253,17 @@ async def test_the_oldest_run_or_job_that_keeps_events_is_named(kept: Kept) -> N
     assert await kept.stores.retention.oldest_open() == ("job-1", 3 * DAY_S)
 
 
+async def test_an_event_of_a_clock_that_was_ahead_keeps_the_later_ones_and_is_named(kept: Kept) -> None:
+    await kept.history.items(day=1, count=2)
+    await kept.history.items(day=9999)
+    await kept.history.items(day=2, count=2)
+    with capture_logs() as logs:
+        await kept.prune()
+    assert (await kept.positions())[0] == 3
+    told = [{"position": line["position"], "time": line["time"]} for line in logs if "future" in line["event"]]
+    assert told == [{"position": 3, "time": 9999 * DAY_S}]
+
+
 async def test_no_event_of_an_open_job_is_deleted(kept: Kept) -> None:
     history = kept.history
     await history.items(day=1)
@@ -331,6 +343,9 @@ class BreakingOff:
 
     async def oldest_open(self) -> tuple[str, float] | None:
         return await self._store.oldest_open()
+
+    async def first_younger(self, *, before: float) -> tuple[int, float] | None:
+        return await self._store.first_younger(before=before)
 
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         return await self._store.prunable(before=before, up_to=up_to)
