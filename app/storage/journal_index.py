@@ -20,6 +20,7 @@ from app.domain.run.run import Run
 from app.storage.chains import Chains, Gap, Row, fits
 from app.storage.dispatch import job_row
 from app.storage.retention import MARGIN_S
+from app.storage.run_folds import RunFolds
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
 _RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at")
@@ -30,7 +31,7 @@ class JournalIndex:
 
     def __init__(self) -> None:
         self._plans: dict[str, service.PlanCreated] = {}
-        self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
+        self._runs = RunFolds()
         self._attachments: dict[str, list[tuple[float, str]]] = {}
         self._used: defaultdict[str, set[str]] = defaultdict(set)
         self._jobs: dict[str, Job] = {}
@@ -107,9 +108,9 @@ class JournalIndex:
                 | events.RunTakenOver(root=run)
             ):
                 self._used[run.plan_id].add(run.plan_hash)  # one changed in flight flew several plans
-                self._runs[run_id].take(payload)
+                self._runs.take(run_id, payload)
             case events.RunDrop() | events.RunUploadProgress():
-                self._runs[run_id].take(payload)
+                self._runs.take(run_id, payload)
             case (
                 events.RunPredicted()
                 | events.RunPlanRefused()
@@ -201,8 +202,7 @@ class JournalIndex:
 
     def _named_plans(self) -> set[str]:
         """The plans of the runs and jobs that must be there."""
-        runs = {run.plan_id for fold in self._runs.values() if (run := fold.run()) is not None}
-        return runs | {job.plan_id for job in self._jobs.values() if not self._may_be_deleted(job)}
+        return self._runs.plan_ids | {job.plan_id for job in self._jobs.values() if not self._may_be_deleted(job)}
 
     def _may_be_deleted(self, job: Job) -> bool:
         """Whether the end of a job was deleted by age, and later events of sites that had lost it were not: of one
@@ -212,13 +212,13 @@ class JournalIndex:
 
     def altered_runs(self, rows: Iterable[Row]) -> Iterator[str]:
         """Runs that are not as their events left them, in the document or in the columns that are searched."""
-        missing = {run_id: fold for run_id, fold in self._runs.items() if fold.run() is not None}
+        missing = dict.fromkeys(self._runs.run_ids)
         for row in rows:
-            fold = missing.pop(row["id"], None)
-            if fold is None:
+            if row["id"] not in missing:
                 yield from self._in_no_event("run", row)
                 continue
-            differing = _differences(row, fold)
+            del missing[row["id"]]
+            differing = _differences(row, self._runs.get(row["id"]))
             if differing:
                 yield f"run {row['id']} differs from its events: {', '.join(differing)}"
         for run_id in missing:
