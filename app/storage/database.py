@@ -234,10 +234,8 @@ class Database:
         """As `write`; `work` does its whole transaction in one visit of a thread, for what is recorded all the time."""
         with storage_errors(self.path):
             await self._turn.acquire()
-            try:
-                committed = self._appender.run(
-                    work, self._patience_ms
-                )  # at once, and not in a task: the caller's other work comes after
+            try:  # at once, and not in a task: the caller's other work comes after
+                committed = self._appender.run(work, self._patience_ms)
             except RuntimeError:  # closed
                 self._turn.release()
                 raise
