@@ -25,7 +25,7 @@ export function newestRuns(runs: Readonly<Record<string, Run>>): Run[] {
 }
 
 /** The run that a vehicle flies now: what the service says, else the newest of its open runs. */
-export function currentRun(vehicle: Vehicle, runs: Readonly<Record<string, Run>>): Run | null {
+export function currentRun(vehicle: Pick<Vehicle, "id" | "run_id">, runs: Readonly<Record<string, Run>>): Run | null {
   const named = vehicle.run_id === null ? undefined : runs[vehicle.run_id];
   if (named && !hasRunEnded(named)) return named;
   return newestOpen(runs).get(vehicle.id) ?? null;

@@ -27,17 +27,18 @@ export const selectedVehicle = computed(() =>
 );
 
 /**
- * The chosen run; if none is chosen, the open run of the chosen vehicle, else the newest one. Null too while the chosen
- * one is not known: commands on another run would be given to another vehicle.
+ * The chosen run; if none is chosen, the open run of the chosen vehicle, else its newest one; of all vehicles only if
+ * none is chosen. A choice that is not known has none: commands on another run would be given to another vehicle.
  */
 export const selectedRun = computed(() => {
   if (runId.value !== null) return runs.value[runId.value] ?? null;
-  const vehicle = selectedVehicle.value;
-  if (vehicle)
-    return (
-      currentRun(vehicle, runs.value) ?? newestRuns(runs.value).find((run) => run.vehicle_id === vehicle.id) ?? null
-    );
-  return newestRuns(runs.value)[0] ?? null;
+  const id = vehicleId.value;
+  if (id === null) return newestRuns(runs.value)[0] ?? null;
+  return (
+    currentRun(selectedVehicle.value ?? { id, run_id: null }, runs.value) ??
+    newestRuns(runs.value).find((run) => run.vehicle_id === id) ??
+    null
+  );
 });
 
 export function selectVehicle(id: string): void {

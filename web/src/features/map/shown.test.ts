@@ -1,8 +1,10 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { selectRun, selectVehicle } from "../../store/selection";
 import { receiveFrame, world } from "../../store/store";
-import { sampleRun, sampleVehicle } from "../../testing/samples";
-import { followable } from "./shown";
+import { sampleRun, sampleState, sampleVehicle } from "../../testing/samples";
+import { followable, shownHome } from "./shown";
+
+const HOME = { latitude_deg: 47.4, longitude_deg: 8.55, altitude_m: 488 };
 
 describe("what the map can follow", () => {
   beforeEach(() => {
@@ -10,7 +12,7 @@ describe("what the map can follow", () => {
     receiveFrame({
       type: "snapshot",
       seq: 0,
-      vehicles: ["v1", "v2", "v3"].map((id) => sampleVehicle({ id })),
+      vehicles: ["v1", "v2", "v3"].map((id) => sampleVehicle({ id, state: sampleState({ home: HOME }) })),
       runs: [sampleRun({ id: "r1", vehicle_id: "v1" }), sampleRun({ id: "r2", vehicle_id: "v2" })],
     });
     expect(Object.keys(world.value.runs)).toEqual(["r1", "r2"]);
@@ -24,5 +26,10 @@ describe("what the map can follow", () => {
     expect(followable.value?.id).toBe("v2");
     selectVehicle("v3");
     expect(followable.value?.id).toBe("v3");
+  });
+
+  it("is no other vehicle, and no other vehicle's home is shown, while the chosen one is not known", () => {
+    selectVehicle("v9");
+    expect([followable.value, shownHome.value]).toEqual([null, null]);
   });
 });

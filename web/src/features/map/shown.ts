@@ -3,8 +3,8 @@
 import { computed } from "@preact/signals";
 import type { Run, Timeline } from "../../api/types";
 import { secondsSince } from "../../store/clock";
-import { panel, selectedRun, selectedVehicle } from "../../store/selection";
-import { vehicles } from "../../store/store";
+import { panel, selectedRun, selectedVehicle, vehicleId } from "../../store/selection";
+import { vehicleIds, vehicles } from "../../store/store";
 import { goToArmed } from "../offboard/control-state";
 import { type PlanView, viewPlan } from "../plan/document";
 import { draftTimeline } from "../plan/draft";
@@ -37,7 +37,7 @@ export const shownPlan = computed<{
 const runPlanView = computed(() => (runPlan.value === null ? null : viewPlan(runPlan.value.plan)));
 
 export const shownHome = computed(() =>
-  homeOf(selectedVehicle.value ?? Object.values(vehicles.value)[0] ?? null, shownPlan.value?.view ?? null),
+  homeOf(vehicles.value[vehicleId.value ?? vehicleIds.value[0] ?? ""] ?? null, shownPlan.value?.view ?? null),
 );
 /** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
 export const shownHomeKey = computed(() => JSON.stringify(shownHome.value));

@@ -5,7 +5,7 @@ import { useEffect } from "preact/hooks";
 import type { PlanDocument } from "../../api/types";
 import { metresBetween, type Point } from "../../geo/geometry";
 import { mapCentre, mapHeight_m } from "../../store/map-view";
-import { itemId, panel, selectedVehicle } from "../../store/selection";
+import { itemId, panel, selectedVehicle, vehicleId } from "../../store/selection";
 import { vehicleIds, vehicles } from "../../store/store";
 import { draftPlan, draftView, editPlan, openDraft, planText, redo, undo } from "./draft-text";
 import {
@@ -109,7 +109,7 @@ export function addItem(type: ItemType, at: Point = mapCentre.value): void {
 
 /** A plan for the chosen vehicle, else for the first one there is, from where it stands. */
 export function startNewPlan(): void {
-  const vehicle = selectedVehicle.value ?? vehicles.value[vehicleIds.value[0] ?? ""] ?? null;
+  const vehicle = vehicles.value[vehicleId.value ?? vehicleIds.value[0] ?? ""] ?? null;
   const stands = vehicle?.state.home ?? null;
   const home = stands && {
     latitude_deg: stands.latitude_deg,
