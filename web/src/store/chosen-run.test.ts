@@ -14,8 +14,8 @@ vi.doMock("../api/client", () => ({
   },
 }));
 const { parseProblem } = await import("../api/problem");
-const { receiveFrame, status } = await import("./store");
-const { runId, selectedRun, selectRun, chooseNoRun, vehicleId } = await import("./selection");
+const { receiveFrame, runs, status } = await import("./store");
+const { runId, selectedRun, selectRun, chooseNoRun, showPanel, vehicleId } = await import("./selection");
 const { unknownRun, unknownRunProblem, watchChosenRun } = await import("./chosen-run");
 watchChosenRun();
 
@@ -43,6 +43,18 @@ describe("a chosen run that the page does not know", () => {
     expect([selectedRun.value, unknownRun.value]).toEqual([null, "old"]);
     await settled();
     expect([selectedRun.value?.id, vehicleId.value, unknownRun.value]).toEqual(["old", "v1", null]);
+  });
+
+  it("takes nobody away from what they turned to while it was read", async () => {
+    vehicleId.value = "v2";
+    selectRun("awaited");
+    showPanel("offboard");
+    await settled();
+    expect([vehicleId.value, runs.value["awaited"]?.id]).toEqual(["v2", "awaited"]);
+    runId.value = "linked beside a vehicle";
+    await settled();
+    expect([vehicleId.value, selectedRun.value?.id]).toEqual(["v2", "linked beside a vehicle"]);
+    showPanel("run");
   });
 
   it("stays the chosen one with the next snapshot, without another question", async () => {

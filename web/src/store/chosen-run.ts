@@ -3,7 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import { type ProblemError, toProblem } from "../api/problem";
-import { runId, vehicleId } from "./selection";
+import { attention, panel, runId, vehicleId } from "./selection";
 import { dispatch, live, runs } from "./store";
 
 /** Why a run could not be read; of the chosen one, it is to be said. */
@@ -26,10 +26,12 @@ export function watchChosenRun(): void {
 
 export async function readRun(id: string): Promise<void> {
   failed.value = null;
+  const isWatched = attention();
   try {
     const run = await api.run(id);
     dispatch({ type: "run_read", run });
-    if (runId.peek() === id) vehicleId.value = run.vehicle_id;
+    // on another panel, one that was chosen beside the run may be under manual control by now
+    if (isWatched() && (vehicleId.peek() === null || panel.peek() === "run")) vehicleId.value = run.vehicle_id;
   } catch (error) {
     failed.value = { run: id, problem: toProblem(error) };
   }

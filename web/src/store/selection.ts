@@ -60,6 +60,16 @@ export function chooseNoRun(): void {
   itemId.value = null;
 }
 
+/**
+ * To be asked after an answer: whether the user still looks at what they looked at when this was called. One who has
+ * turned to something else, as to manual control, is not taken away from it.
+ */
+export function attention(): () => boolean {
+  const looksAt = () => [vehicleId.peek(), runId.peek(), panel.peek(), view.peek()].join("\n");
+  const before = looksAt();
+  return () => looksAt() === before;
+}
+
 export function showPanel(next: Panel): void {
   panel.value = next;
   if (view.value !== "map") view.value = next;

@@ -2,7 +2,7 @@ import { useComputed } from "@preact/signals";
 import { useState } from "preact/hooks";
 import { vehicleTypeLabel } from "../../format/labels";
 import { hasRole } from "../../store/principal";
-import { showPanel } from "../../store/selection";
+import { attention, showPanel } from "../../store/selection";
 import { dispatch, live, vehicleIds, vehicles } from "../../store/store";
 import { queueDraft, sendingPlan } from "../plan/draft";
 import { parseJobForm } from "./job-form";
@@ -24,11 +24,12 @@ export function QueueForm() {
   const ready = live.value && !sendingPlan.value && check.canQueue && "order" in form;
   const submit = async (event: Event) => {
     event.preventDefault();
+    const isWatched = attention();
     const job = ready ? await queueDraft(form.order) : null;
     if (job === null) return;
     dispatch({ type: "jobs_read", jobs: [job], queues: [] });
     expandedJob.value = job.id;
-    showPanel("jobs");
+    if (isWatched()) showPanel("jobs");
   };
   return (
     <details class="queue-job" open={open} onToggle={(event) => setOpen(event.currentTarget.open)}>

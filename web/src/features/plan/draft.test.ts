@@ -1,15 +1,17 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { sampleEvent, sampleVehicle } from "../../testing/samples";
+import { sampleEvent, sampleRun, sampleVehicle } from "../../testing/samples";
 
 vi.stubGlobal("requestAnimationFrame", (draw: () => void) => setTimeout(draw, 16));
 vi.stubGlobal("cancelAnimationFrame", (handle: ReturnType<typeof setTimeout>) => clearTimeout(handle));
 const checkPlan = vi.fn(async () => ({ findings: [], timeline: null, parameters_age_s: 40 }));
-vi.doMock("../../api/client", () => ({ api: { checkPlan } }));
+const createRun = vi.fn();
+const api = { checkPlan, createRun, createPlan: async () => ({ id: "p1", name: "Plan" }), plans: async () => [] };
+vi.doMock("../../api/client", () => ({ api }));
 const { now } = await import("../../store/clock");
-const { receiveFrame, status } = await import("../../store/store");
-const { selectVehicle } = await import("../../store/selection");
+const { receiveFrame, runs, status } = await import("../../store/store");
+const { panel, runId, selectVehicle, showPanel, vehicleId } = await import("../../store/selection");
 const { openDraft } = await import("./draft-text");
-const { planCheck, watchDraft } = await import("./draft");
+const { planCheck, uploadDraft, watchDraft } = await import("./draft");
 
 /** The checks that were asked for, once the page has waited for further changes. */
 async function checks(): Promise<number> {
@@ -41,5 +43,30 @@ describe("the check of a plan", () => {
     }
     expect(counts).toEqual([1, 2, 3, 3]);
     expect(planCheck.value).toMatchObject({ kind: "done", parametersReadAt: expect.closeTo(8_960, -1) });
+  });
+});
+
+describe("an upload", () => {
+  const upload = async (meanwhile: () => void) => {
+    openDraft("{}");
+    selectVehicle("v1");
+    showPanel("plan");
+    createRun.mockImplementationOnce(async () => {
+      meanwhile();
+      return sampleRun({ id: "r1", vehicle_id: "v1", state: "uploading" });
+    });
+    await uploadDraft("v1");
+    expect(runs.value["r1"]?.state).toBe("uploading");
+    return [vehicleId.value, runId.value, panel.value];
+  };
+
+  it("shows its run", async () => expect(await upload(() => undefined)).toEqual(["v1", "r1", "run"]));
+
+  it("that is answered late takes nobody away from manual control", async () => {
+    const shown = await upload(() => {
+      showPanel("offboard");
+      selectVehicle("v2");
+    });
+    expect(shown).toEqual(["v2", null, "offboard"]);
   });
 });

@@ -7,7 +7,7 @@ import type { Finding, Job, JobRequest, PlanDocument, Timeline, Wind } from "../
 import { serviceNow } from "../../store/clock";
 import { dismissOf, reportProblem } from "../../store/notices";
 import { cachePlan, loadStoredPlans } from "../../store/plans";
-import { selectRun, vehicleId } from "../../store/selection";
+import { attention, selectRun, vehicleId } from "../../store/selection";
 import { dispatch, feed, live, world } from "../../store/store";
 import { omitNulls } from "./document";
 import { draftPlan, draftText, markDraftSaved, openDraft, planText } from "./draft-text";
@@ -133,12 +133,13 @@ export async function uploadDraft(vehicle: string): Promise<void> {
   const plan = draftPlan.value;
   const air = wind.value;
   if (plan === null || sendingPlan.value) return;
+  const isWatched = attention();
   sendingPlan.value = true;
   try {
     const run = await api.createRun(await ensureStored(plan), vehicle, false, air);
     dispatch({ type: "run_read", run });
     uploadedRun.value = run.id;
-    selectRun(run.id);
+    if (isWatched()) selectRun(run.id);
     dismissOf(vehicle);
   } catch (error) {
     reportProblem(`Upload to ${vehicle}`, error, vehicle);

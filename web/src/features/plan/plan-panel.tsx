@@ -132,10 +132,7 @@ function SendForm() {
   const suggested = useRef<string | null>(null); // ours, not the user's: another type of plan gets another one
   useEffect(() => {
     const meanwhile = vehicleId.peek(); // a choice made since this was drawn is never overruled
-    const isChosen =
-      meanwhile !== null &&
-      meanwhile in vehicles.peek() &&
-      (meanwhile !== suggested.current || suitable.includes(meanwhile));
+    const isChosen = meanwhile !== null && (meanwhile !== suggested.current || suitable.includes(meanwhile));
     if (plan !== null && !isChosen && first !== null) {
       suggested.current = first;
       selectVehicle(first);
