@@ -24,6 +24,13 @@ describe("telemetry strips", () => {
     expect([drawn?.low, drawn?.high]).toEqual([0, 31]);
   });
 
+  it("begin anew where the service's clock is set back, and show what is now", () => {
+    const strips = new TelemetryHistory();
+    for (const time of [700, 701, 100, 101])
+      strips.add({ v1: sampleState({ relative_altitude_m: time < 200 ? 5 : 30 }) }, time);
+    expect(strips.of("v1").map(({ relative_altitude_m }) => relative_altitude_m)).toEqual([5, 5]);
+  });
+
   it("draw no line from what is not known", () => {
     const strips = new TelemetryHistory();
     strips.add({ v1: sampleState({ battery_percent: null }) }, 0);

@@ -19,11 +19,15 @@ export interface Sample {
 export class TelemetryHistory {
   readonly #samples = new Map<string, readonly Sample[]>();
 
-  /** True if something was added. `time` is Unix seconds; one that is not later than what is known adds nothing. */
+  /**
+   * True if something was added. `time` is Unix seconds; within a second nothing is added. The service's clock may be
+   * set back: the strip then begins anew.
+   */
   add(states: Readonly<Record<string, VehicleState>>, time: number): boolean {
     let grown = false;
     for (const [id, state] of Object.entries(states)) {
-      const known = this.#samples.get(id) ?? [];
+      const kept = this.#samples.get(id) ?? [];
+      const known = time < (kept.at(-1)?.time ?? 0) ? [] : kept;
       const last = known.at(-1);
       if (!state.connected || (last !== undefined && time - last.time < STEP_S)) continue;
       // a new list: components look at nothing else

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { EventKind } from "../api/types";
+import type { EventKind, Run } from "../api/types";
 import { type EventFields, sampleDrop, sampleEvent, sampleRun, sampleVehicle } from "../testing/samples";
 import { applyEvent, EMPTY_WORLD, type World } from "./world";
 
@@ -59,10 +59,17 @@ describe("events of a run", () => {
     );
   });
 
-  it("never go back behind a newer state of it", () => {
-    expect(worldAfter("run.changed", { ...sampleRun({ state: "uploading", updated_at: 99 }) }).runs["r1"]?.state).toBe(
-      "flying",
+  it("replace it also where the service's clock was set back", () => {
+    expect(worldAfter("run.changed", { ...sampleRun({ state: "paused", updated_at: -500 }) }).runs["r1"]?.state).toBe(
+      "paused",
     );
+  });
+
+  it("never go back behind the gateway that took it over", () => {
+    const taken_over = { number: 1 } as Run["taken_over"];
+    const taken = worldAfter("run.taken_over", { ...sampleRun({ taken_over, updated_at: 40 }) });
+    const lost = sampleEvent(2, { kind: "run.changed", data: { ...sampleRun({ state: "lost", updated_at: 200 }) } });
+    expect(applyEvent(taken, lost).runs["r1"]).toMatchObject({ state: "flying", taken_over });
   });
 
   it("count the upload", () => {

@@ -67,7 +67,10 @@ export type Action =
       readonly jobs: readonly Job[];
       readonly queues: readonly JobQueue[];
       readonly gone?: readonly Job[];
+      /** What was known when it was asked for. */
+      readonly asked?: Pick<World, "jobs" | "jobQueues">;
     };
+type ActionOf<T extends Action["type"]> = Extract<Action, { readonly type: T }>;
 
 export function reduce(world: World, action: Action): World {
   switch (action.type) {
@@ -80,7 +83,7 @@ export function reduce(world: World, action: Action): World {
     case "run_read":
       return onRunRead(world, action.run);
     case "jobs_read":
-      return action.queues.reduce(withJobQueue, action.jobs.reduce(withJob, withoutJobs(world, action.gone ?? [])));
+      return onJobsRead(world, action);
     case "frame":
       return reduceFrame(world, action.frame, action.at);
   }
@@ -166,7 +169,7 @@ function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
   return { ...world, vehicles, measuredAt: at, serviceAhead_s: frame.time - at / 1000, listStale };
 }
 
-/** An answer to a request may be older than what the stream has sent. */
+/** An answer to a request may be older than what the stream has sent, which sends again what this leaves out. */
 function onRunRead(world: World, run: Run): World {
   const known = world.runs[run.id];
   return known && known.updated_at >= run.updated_at ? world : withRun(world, run);
@@ -176,18 +179,33 @@ function withRun(world: World, run: Run): World {
   return { ...world, runs: { ...world.runs, [run.id]: run } };
 }
 
-/** What comes may be older than what is known: never go back behind it. */
-function withJob(world: World, job: Job): World {
+/** By its time an answer is older only than what came after it was asked for: the service's clock may be set back. */
+function onJobsRead(world: World, { jobs, queues, gone = [], asked }: ActionOf<"jobs_read">): World {
+  const readJob = (next: World, job: Job) => {
+    const known = next.jobs[job.id];
+    const isLate = known !== undefined && known !== asked?.jobs[job.id] && job.updated_at < known.updated_at;
+    return withJob(next, job, isLate);
+  };
+  const readQueue = (next: World, queue: JobQueue) => {
+    const known = next.jobQueues[queue.vehicle_id];
+    const isLate = known !== asked?.jobQueues[queue.vehicle_id] && (known?.at ?? 0) > (queue.at ?? 0);
+    return isLate ? next : withJobQueue(next, queue);
+  };
+  return queues.reduce(readQueue, jobs.reduce(readJob, withoutJobs(world, gone)));
+}
+
+/** What comes may be older than what is known: never go back behind it. `isLate`: of two words of the same claimant. */
+function withJob(world: World, job: Job, isLate = false): World {
   const known = world.jobs[job.id];
-  return known && isOlder(job, known) ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
+  return known && isOlder(job, known, isLate) ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
 }
 
 /** By the fencing number first: a gateway and the cluster that gave it the job have different clocks. */
-function isOlder(job: Job, known: Job): boolean {
+function isOlder(job: Job, known: Job, isLate: boolean): boolean {
   if (job.fence !== known.fence) return job.fence < known.fence;
   if (job.claim?.gateway !== known.claim?.gateway) return true; // only its claimant says more
   const [taken, wasTaken] = [job.claim?.taken ?? false, known.claim?.taken ?? false];
-  return taken === wasTaken ? job.updated_at < known.updated_at : wasTaken;
+  return taken === wasTaken ? isLate : wasTaken;
 }
 
 /** Each, unless the stream updated it meanwhile. */
@@ -196,12 +214,8 @@ function withoutJobs(world: World, gone: readonly Job[]): World {
   return gone.length === 0 ? world : { ...world, jobs };
 }
 
-/** As for a job. */
 function withJobQueue(world: World, queue: JobQueue): World {
-  const known = world.jobQueues[queue.vehicle_id];
-  return known && (known.at ?? 0) > (queue.at ?? 0)
-    ? world
-    : { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
+  return { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
 }
 
 function withNewest(feed: readonly StreamEvent[], event: StreamEvent): readonly StreamEvent[] {
@@ -252,10 +266,11 @@ function onSeen(world: World, event: EventOf<"vehicle.seen">): World {
 
 type RunEventKind = "run.created" | "run.changed" | "run.continued" | "run.taken_over";
 
+/** Events go by their place in the journal and by no time: the service's clock may be set back. */
 function onRun(world: World, { data: run }: EventOf<RunEventKind>): World {
-  const known = world.runs[run.id]; // a snapshot may hold more than its seq says: never go back behind it
+  const known = world.runs[run.id];
   if (known && handovers(known) > handovers(run)) return world; // of the gateway that lost it to another one
-  return known && known.updated_at > run.updated_at ? world : withRun(world, run);
+  return withRun(world, run);
 }
 
 function handovers(run: Run): number {

@@ -48,11 +48,12 @@ export function watchJobs(): void {
 
 async function readJobs(): Promise<void> {
   try {
-    const before = Object.values(jobs.peek()).filter((job) => !hasJobEnded(job));
+    const asked = world.peek();
+    const before = Object.values(asked.jobs).filter((job) => !hasJobEnded(job));
     const [open, newest, queues] = await Promise.all([openJobs(), api.jobs({ limit: 20 }), api.jobQueues()]);
     const read = [...open, ...newest.jobs];
     const gone = before.filter(({ id }) => !read.some((job) => job.id === id)); // it ended while the page was offline
-    dispatch({ type: "jobs_read", jobs: read, queues: queues.vehicles.map(({ queue }) => queue), gone });
+    dispatch({ type: "jobs_read", jobs: read, queues: queues.vehicles.map(({ queue }) => queue), gone, asked });
     jobsLoaded.value = true;
   } catch (error) {
     reportProblem("Load the jobs", error);

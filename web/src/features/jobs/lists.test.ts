@@ -99,12 +99,22 @@ describe("jobs of the world", () => {
     expect(jobs(taken, cleared, { ...taken, state: "flying", updated_at: 30 })).toBe(cleared);
   });
 
+  it("go by what was asked for last where the service's clock was set back", () => {
+    const jobs = { "job-1": sampleJob({ state: "flying", updated_at: 900 }) };
+    const before = { ...EMPTY_WORLD, jobs, jobQueues: { v1: queue("v1", true, 900) } };
+    const read = { jobs: [sampleJob({ state: "completed", updated_at: 300 })], queues: [queue("v1", false, 300)] };
+    const after = reduce(before, { type: "jobs_read", ...read, asked: before });
+    expect([after.jobs["job-1"]?.state, after.jobQueues["v1"]?.stopped]).toEqual(["completed", false]);
+    const told = { ...before, jobs: { "job-1": sampleJob({ state: "flying", updated_at: 901 }) } }; // meanwhile
+    expect(reduce(told, { type: "jobs_read", ...read, asked: before }).jobs["job-1"]?.state).toBe("flying");
+  });
+
   it("follow their events", () => {
     const event = sampleEvent(6, {
       kind: "job.changed",
       vehicle_id: "v1",
       run_id: "r1",
-      data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 101 }) },
+      data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 1 }) }, // the clock may be set back
     });
     const world = reduce(
       { ...EMPTY_WORLD, gateway: "g", seq: 5, jobs: { "job-1": sampleJob() } },
