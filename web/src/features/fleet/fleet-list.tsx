@@ -19,6 +19,7 @@ import {
   formatSpeed,
 } from "../../format/units";
 import { now, secondsSince } from "../../store/clock";
+import { unheardRuns } from "../../store/link-loss";
 import { planName } from "../../store/plans";
 import { currentRun } from "../../store/runs";
 import { selectedVehicle, selectRun, selectVehicle } from "../../store/selection";
@@ -38,6 +39,7 @@ export function FleetList() {
         Fleet <small>{isFiltered.value ? `${ids.length} of ${vehicleIds.value.length}` : ids.length}</small>
       </h2>
       <FleetSearch />
+      <UnheardRuns />
       {ids.length === 0 ? (
         <NoVehicles />
       ) : (
@@ -62,6 +64,7 @@ function NoVehicles() {
       </div>
     );
   }
+  if (unheardRuns.value.length > 0) return null;
   if (!live.value) return <p class="empty">Waiting for the service.</p>;
   return (
     <div class="empty">
@@ -71,6 +74,24 @@ function NoVehicles() {
         service.
       </p>
     </div>
+  );
+}
+
+/** They may be in flight, although nothing is known of the vehicle. */
+function UnheardRuns() {
+  if (unheardRuns.value.length === 0) return null;
+  return (
+    <section class="unheard" aria-label="Vehicles not heard">
+      <p>Not heard since the service started, with an open run:</p>
+      <ul>
+        {unheardRuns.value.map((run) => (
+          <li key={run.id}>
+            <b>{run.vehicle_id}</b>
+            <RunLine run={run} />
+          </li>
+        ))}
+      </ul>
+    </section>
   );
 }
 

@@ -1,9 +1,10 @@
 import type { Job, JobCandidate, JobQueue } from "../../api/types";
 import { formatReason } from "../../format/reasons";
 import { toSentence } from "../../format/text";
+import { isHeard } from "../../store/link-loss";
 import { hasRole } from "../../store/principal";
 import { showPanel } from "../../store/selection";
-import { jobQueues, jobs, live, serviceSeconds, vehicles } from "../../store/store";
+import { jobQueues, jobs, live, serviceSeconds } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
@@ -216,7 +217,7 @@ function JobCard({ job, position, isNext }: { job: Job; position: QueuePosition 
 }
 
 function isConnected({ vehicle_id }: Job): boolean {
-  return vehicles.value[vehicle_id ?? ""]?.state.connected ?? false;
+  return isHeard(vehicle_id ?? "");
 }
 
 function ClearClaim({ job }: { job: Job }) {

@@ -1,6 +1,7 @@
 import type { ComponentChildren, RefObject } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { humanize } from "../../format/text";
+import { unheardRuns } from "../../store/link-loss";
 import { selectVehicle } from "../../store/selection";
 import { vehicleIds } from "../../store/store";
 import { SelectField } from "../../ui/fields";
@@ -169,7 +170,9 @@ function NoVehicle() {
     <div class="panel-body empty-panel">
       <Icon name="joystick" size={40} />
       <h3>No vehicle selected</h3>
-      {first === undefined ? (
+      {first === undefined && unheardRuns.value.length > 0 ? (
+        <p>No vehicle has been heard since the service started, although a run is open.</p>
+      ) : first === undefined ? (
         <p>
           No vehicle has connected yet. <b>First step:</b> run <code>waydrop up</code> for simulated vehicles, or send
           the MAVLink of yours to this service.

@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { vehicleTypeLabel } from "../../format/labels";
 import { capitalize } from "../../format/text";
 import { formatClock } from "../../format/units";
+import { isHeard } from "../../store/link-loss";
 import { planName } from "../../store/plans";
 import { currentRun } from "../../store/runs";
 import { selectVehicle, vehicleId } from "../../store/selection";
@@ -169,9 +170,9 @@ function SendForm() {
 
 /** For the chosen vehicle; null: none. A run that it has is no failure. */
 function uploadObstacle(): { readonly text: string; readonly isFailure: boolean } | null {
-  const vehicle = vehicles.value[vehicleId.value ?? ""];
-  const run = vehicle === undefined ? null : currentRun(vehicle, runs.value);
-  const heard = vehicle === undefined ? null : { id: vehicle.id, connected: vehicle.state.connected };
+  const id = vehicleId.value;
+  const run = id === null ? null : currentRun(vehicles.value[id] ?? { id, run_id: null }, runs.value);
+  const heard = id === null ? null : { id, connected: isHeard(id) };
   const errors = errorCount.value;
   const text = describeUploadObstacle(errors, heard, run, run === null ? null : planName(run.plan_id));
   return text === null ? null : { text, isFailure: errors > 0 || heard?.connected === false };

@@ -1,16 +1,17 @@
+import { useComputed } from "@preact/signals";
 import { useState } from "preact/hooks";
 import { api } from "../../api/client";
 import type { ConsentRecord, DropRecord, Run } from "../../api/types";
 import { formatAltitude, formatDistance, formatPercent, formatSpeed } from "../../format/units";
 import { serviceNow } from "../../store/clock";
+import { isHeard } from "../../store/link-loss";
 import { dismissOf, reportProblem } from "../../store/notices";
 import { hasRole } from "../../store/principal";
 import { hasRunEnded } from "../../store/runs";
 import { panel, selectedRun, selectRun, showView, view } from "../../store/selection";
-import { dispatch, live, runs, vehicles, world } from "../../store/store";
+import { dispatch, live, runs, world } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
-import { useStableComputed } from "../../ui/use-stable-computed";
 import { LinkLostAtDrop } from "./link-lost";
 
 /**
@@ -22,7 +23,7 @@ export function ConsentCard({ question: { run, drop, consent }, first }: { quest
   const left_s = secondsLeft(consent, serviceNow(world.value.serviceAhead_s));
   const whole_s =
     consent.deadline_at === null || consent.asked_at === null ? null : consent.deadline_at - consent.asked_at;
-  const isHeard = useStableComputed(() => vehicles.value[run.vehicle_id]?.state.connected !== false).value;
+  const heard = useComputed(() => isHeard(run.vehicle_id)).value;
   const disabled = busy || !live.value || left_s === 0 || !hasRole("pilot");
   const answer = async (grant: boolean) => {
     setBusy(true);
@@ -43,7 +44,7 @@ export function ConsentCard({ question: { run, drop, consent }, first }: { quest
     <section class="consent-card tone-drop" aria-label={`${run.vehicle_id} asks for consent to ${drop.plan_item_id}`}>
       <header>
         <h4>
-          {isHeard ? `${run.vehicle_id} holds` : `${run.vehicle_id}, when it was heard last, held`} at “
+          {heard ? `${run.vehicle_id} holds` : `${run.vehicle_id}, when it was heard last, held`} at “
           {drop.plan_item_id}”. Release the parcel?
         </h4>
         <b class="countdown" role="timer">
@@ -110,7 +111,7 @@ export function ConsentAlerts() {
             <div>
               <b>{run.vehicle_id} waits for your consent</b>
               <p>
-                “{drop.plan_item_id}”{vehicles.value[run.vehicle_id]?.state.connected === false && ", link lost"}
+                “{drop.plan_item_id}”{!isHeard(run.vehicle_id) && ", link lost"}
                 <span aria-hidden="true">{left_s === null ? "" : `, ${Math.ceil(left_s)} s left`}</span>
               </p>
             </div>

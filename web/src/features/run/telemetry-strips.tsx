@@ -1,7 +1,7 @@
+import { useComputed } from "@preact/signals";
 import { formatAltitude, formatPercent, formatSpeed } from "../../format/units";
-import { vehicles } from "../../store/store";
+import { isHeard } from "../../store/link-loss";
 import { type Sample, stripPath, telemetryHistory, telemetryVersion } from "../../store/telemetry-history";
-import { useStableComputed } from "../../ui/use-stable-computed";
 
 const WIDTH = 200;
 const HEIGHT = 36;
@@ -22,7 +22,7 @@ const QUANTITIES: readonly Quantity[] = [
 
 /** Height, speed and battery of the last minutes, as this page has seen them; grey if the vehicle is not heard. */
 export function TelemetryStrips({ vehicle }: { vehicle: string }) {
-  const isLost = useStableComputed(() => vehicles.value[vehicle]?.state.connected === false).value;
+  const isLost = useComputed(() => !isHeard(vehicle)).value;
   void telemetryVersion.value;
   const samples = telemetryHistory.of(vehicle);
   if (samples.length < 2) return null;
