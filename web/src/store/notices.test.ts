@@ -17,3 +17,9 @@ it("what is tried again and fails again is one notice, and only the newest are k
   for (const action of ["a", "b", "a", "c", "d"]) reportProblem(action, new Error("no answer"));
   expect(shown()).toEqual(["a", "c", "d"]);
 });
+
+it("no refusal of a command is left out for others", () => {
+  for (const id of [1, 2, 3, 4, 5]) reportProblem(`Start v${id}`, new Error("refused"), `v${id}`);
+  for (const action of ["a", "b", "c", "d"]) reportProblem(action, new Error("no answer"));
+  expect(shown()).toEqual(["Start v1", "Start v2", "Start v3", "Start v4", "Start v5", "b", "c", "d"]);
+});

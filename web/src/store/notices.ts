@@ -1,4 +1,7 @@
-/** Problems shown to the operator until dismissed, or until their vehicle obeys: newest last, few at a time. */
+/**
+ * Problems shown to the operator until dismissed, or until their vehicle obeys: newest last. Of those that are about no
+ * vehicle only the newest few; the refusal of a command is never left out.
+ */
 
 import { signal } from "@preact/signals";
 import { type ProblemError, toProblem } from "../api/problem";
@@ -12,6 +15,7 @@ interface Notice {
   readonly vehicle: string | null;
 }
 
+/** Of those about no vehicle. */
 const LIMIT = 3;
 let nextId = 1;
 
@@ -19,7 +23,9 @@ export const notices = signal<readonly Notice[]>([]);
 
 export function reportProblem(action: string, error: unknown, vehicle: string | null = null): void {
   const notice = { id: nextId++, action, problem: toProblem(error), vehicle };
-  notices.value = [...notices.value.filter((other) => other.action !== action), notice].slice(-LIMIT);
+  const all = [...notices.value.filter((other) => other.action !== action), notice];
+  const kept = new Set(all.filter((one) => one.vehicle === null).slice(-LIMIT));
+  notices.value = all.filter((one) => one.vehicle !== null || kept.has(one));
 }
 
 export function dismiss(id: number): void {
