@@ -215,6 +215,10 @@ async def test_a_service_with_tokens_asks_for_one_and_then_lets_in(browser: Brow
         await dashboard.page.goto(service.url)
         await expect(dashboard.page.get_by_role("dialog")).to_be_visible(timeout=20_000)
         assert await violations(dashboard.page, "the question for a token") == []
+        for _ in range(3):  # Chromium lets nobody keep a dialog open
+            await dashboard.page.keyboard.press("Escape")
+        await expect(dashboard.page.get_by_role("dialog")).to_have_count(0)
+        await dashboard.button("Enter token").click()
         await dashboard.page.get_by_label("Access token").fill(token)
         await dashboard.button("Connect").click()
         await dashboard.until_live()

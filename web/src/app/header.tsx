@@ -2,7 +2,7 @@ import { formatAge, UNIT_SYSTEMS, unitSystem } from "../format/units";
 import { now, secondsSince } from "../store/clock";
 import { chooseUnits, theme, toggleTheme } from "../store/preferences";
 import { status, world } from "../store/store";
-import { retryNow } from "../store/sync";
+import { askForToken, retryNow } from "../store/sync";
 import { Icon, Logo } from "../ui/icons";
 import { showShortcuts } from "./shortcuts";
 
@@ -88,6 +88,9 @@ function ConnectionState() {
         <p class="connection lost" role="status">
           <i />
           Access token required
+          <button type="button" class="small" onClick={askForToken}>
+            Enter token
+          </button>
         </p>
       );
     case "waiting":

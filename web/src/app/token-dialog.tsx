@@ -1,5 +1,5 @@
 import { useEffect, useRef, useState } from "preact/hooks";
-import { enterToken, tokenRequired } from "../store/sync";
+import { enterToken, tokenAsked } from "../store/sync";
 
 /** What a websocket subprotocol may hold: anything else could not be sent. */
 const TOKEN = /^[A-Za-z0-9._~+-]+$/;
@@ -8,12 +8,11 @@ export function TokenDialog() {
   const dialog = useRef<HTMLDialogElement>(null);
   const [text, setText] = useState("");
   const [problem, setProblem] = useState("");
-  const wanted = tokenRequired.value;
+  const asked = tokenAsked.value;
 
   useEffect(() => {
-    if (wanted) dialog.current?.showModal();
-    else dialog.current?.close();
-  }, [wanted]);
+    if (asked > 0 && dialog.current?.open === false) dialog.current.showModal();
+  }, [asked]);
 
   const submit = (event: Event) => {
     event.preventDefault();
@@ -21,11 +20,12 @@ export function TokenDialog() {
     if (!TOKEN.test(token)) return setProblem("A token has only letters, digits and . _ ~ + -");
     setProblem("");
     setText("");
+    dialog.current?.close();
     enterToken(token);
   };
 
   return (
-    <dialog ref={dialog} class="dialog" aria-labelledby="token-title" onCancel={(event) => event.preventDefault()}>
+    <dialog ref={dialog} class="dialog" aria-labelledby="token-title">
       <form onSubmit={submit}>
         <h2 id="token-title">Authentication required</h2>
         <p>

@@ -7,7 +7,8 @@ import { readToken, storeToken } from "../api/token";
 import { reportProblem } from "./notices";
 import { dispatch, journalName, lastSeq, live, receiveFrame, status, world } from "./store";
 
-export const tokenRequired = signal(false);
+/** Counts how often a token was asked for: the dialog opens each time, also after somebody closed it. */
+export const tokenAsked = signal(0);
 
 const connection = new StreamConnection({
   after: lastSeq,
@@ -15,7 +16,7 @@ const connection = new StreamConnection({
   token: readToken,
   onStatus: (next) => {
     status.value = next;
-    if (next.kind === "token_needed") tokenRequired.value = true;
+    if (next.kind === "token_needed") askForToken();
   },
   onOpen: () => dispatch({ type: "opened" }),
   onFrame: receiveFrame,
@@ -37,9 +38,12 @@ export function retryNow(): void {
   connection.open();
 }
 
+export function askForToken(): void {
+  tokenAsked.value += 1;
+}
+
 export function enterToken(token: string): void {
   storeToken(token);
-  tokenRequired.value = false;
   connection.open();
 }
 
