@@ -107,7 +107,14 @@ describe("a connection", () => {
     open();
     last().onclose?.({ code: 4401, reason: "" });
     vi.advanceTimersByTime(60_000);
-    expect([FakeSocket.all.length, statuses.at(-1)?.kind]).toEqual([1, "token_needed"]);
+    expect([FakeSocket.all.length, statuses.at(-1)]).toEqual([1, { kind: "token_needed", rejected: false }]);
+  });
+
+  it("tells a token that was rejected from none", () => {
+    token = "old-token";
+    open();
+    last().onclose?.({ code: 4401, reason: "" });
+    expect(statuses.at(-1)).toEqual({ kind: "token_needed", rejected: true });
   });
 
   it.each([

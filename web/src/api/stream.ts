@@ -9,7 +9,8 @@ export type ConnectionStatus =
   | { readonly kind: "connecting" }
   | { readonly kind: "live" }
   | { readonly kind: "waiting"; readonly retryAt: number; readonly reason: string }
-  | { readonly kind: "token_needed" };
+  /** `rejected`: one was sent. */
+  | { readonly kind: "token_needed"; readonly rejected: boolean };
 
 export interface StreamHost {
   /** Last event taken in, for `after=`; null asks for no replay. */
@@ -99,7 +100,7 @@ export class StreamConnection {
     if (socket !== this.#socket) return;
     this.#drop();
     if (event.code === CLOSE_CODES.tokenNeeded) {
-      this.host.onStatus({ kind: "token_needed" });
+      this.host.onStatus({ kind: "token_needed", rejected: this.host.token() !== null });
       return;
     }
     const { afterInFuture, afterPruned } = CLOSE_CODES;

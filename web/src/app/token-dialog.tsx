@@ -1,14 +1,18 @@
 import { useEffect, useRef, useState } from "preact/hooks";
+import { status } from "../store/store";
 import { enterToken, tokenAsked } from "../store/sync";
 
 /** What a websocket subprotocol may hold: anything else could not be sent. */
 const TOKEN = /^[A-Za-z0-9._~+-]+$/;
+
+const REJECTED = "The token was rejected: it is unknown, expired or revoked.";
 
 export function TokenDialog() {
   const dialog = useRef<HTMLDialogElement>(null);
   const [text, setText] = useState("");
   const [problem, setProblem] = useState("");
   const asked = tokenAsked.value;
+  const rejected = status.value.kind === "token_needed" && status.value.rejected ? REJECTED : "";
 
   useEffect(() => {
     if (asked > 0 && dialog.current?.open === false) dialog.current.showModal();
@@ -40,9 +44,9 @@ export function TokenDialog() {
             onInput={(event) => setText(event.currentTarget.value)}
           />
         </label>
-        {problem !== "" && (
+        {(problem || rejected) !== "" && (
           <p class="form-problem" role="alert">
-            {problem}
+            {problem || rejected}
           </p>
         )}
         <button type="submit" class="primary">
