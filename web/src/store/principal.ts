@@ -24,6 +24,11 @@ export function watchPrincipal(): void {
   });
 }
 
+/** Why commands are not offered; null for a pilot. */
+export function pilotNote(): string | null {
+  return hasRole("pilot") ? null : `Only a pilot can control vehicles. ${signedInAs(principal.value)}`;
+}
+
 /** "You are signed in as desk (viewer)." */
 export function signedInAs(who: Principal | null): string {
   return who === null ? "" : `You are signed in as ${who.name} (${roleLabel(who.role)}).`;

@@ -1,20 +1,24 @@
 import { api, type VehicleCommand } from "../../api/client";
 import type { FlightMode, Vehicle } from "../../api/types";
 import { dismissOf, reportProblem } from "../../store/notices";
-import { hasRole } from "../../store/principal";
+import { hasRole, pilotNote } from "../../store/principal";
 import { live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
+import { RoleNote } from "../../ui/role-note";
 
 /** Commands that every vehicle follows, outside a run: with a run, the run panel has those that fit it. */
 export function VehicleActions({ vehicle }: { vehicle: Vehicle }) {
   const actions = availableActions(vehicle.state);
   if (actions.length === 0 || !live.value) return null;
   return (
-    <div class="actions">
-      {actions.map((action) => (
-        <VehicleAction key={action} vehicle={vehicle.id} action={action} />
-      ))}
-    </div>
+    <>
+      <RoleNote>{pilotNote()}</RoleNote>
+      <div class="actions">
+        {actions.map((action) => (
+          <VehicleAction key={action} vehicle={vehicle.id} action={action} />
+        ))}
+      </div>
+    </>
   );
 }
 
@@ -39,7 +43,15 @@ function VehicleAction({ vehicle, action }: { vehicle: string; action: VehicleCo
       () => dismissOf(vehicle),
       (error: unknown) => reportProblem(`${verb} ${vehicle}`, error, vehicle),
     );
-  return <HoldButton verb={verb} vehicle={vehicle} tone={action === "hold" ? "info" : "warn"} onConfirm={send} />;
+  return (
+    <HoldButton
+      verb={verb}
+      vehicle={vehicle}
+      tone={action === "hold" ? "info" : "warn"}
+      disabled={!hasRole("pilot")}
+      onConfirm={send}
+    />
+  );
 }
 
 const ARMED: readonly VehicleCommand[] = ["hold", "return", "land"];

@@ -1,9 +1,10 @@
 import { computed } from "@preact/signals";
 import { useState } from "preact/hooks";
 import type { Offboard, StreamEvent } from "../../api/types";
-import { hasRole, principal, signedInAs } from "../../store/principal";
+import { hasRole, pilotNote, principal } from "../../store/principal";
 import { feed, live } from "../../store/store";
 import { HoldButton, TransientButton } from "../../ui/buttons";
+import { RoleNote } from "../../ui/role-note";
 import { acceptsControls, controlMethod, offboardDetail, tasksOnly } from "./capabilities";
 import { acquireLease, offerLease } from "./control-session";
 import { manualControl, offboardState } from "./control-state";
@@ -38,11 +39,7 @@ function Takeable({ vehicle }: { vehicle: string }) {
           ? `Nobody has the lease of ${vehicle}.`
           : `${holder} has the lease of ${vehicle}${expiry(offboard?.lease?.expires_in_s)}.`}
       </p>
-      {!hasRole("pilot") && (
-        <p class="role-note" role="note">
-          Only a pilot can control vehicles. {signedInAs(principal.value)}
-        </p>
-      )}
+      <RoleNote>{pilotNote()}</RoleNote>
       {isOfferedToMe(offboard) ? (
         <TakeOver vehicle={vehicle} offboard={offboard} />
       ) : (

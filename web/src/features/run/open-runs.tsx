@@ -11,6 +11,7 @@ import { selectedRun, selectRun } from "../../store/selection";
 import { dispatch, live, runs } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
+import { mayAct } from "./run-actions";
 
 /** The oldest first: a run keeps its place while others come and go. */
 const openRuns = computed(() =>
@@ -53,7 +54,7 @@ export function OpenRuns() {
           vehicle={countOf(chosen.length, "flight")}
           tone="ok"
           primary
-          disabled={!live.value || chosen.length === 0}
+          disabled={!live.value || chosen.length === 0 || !mayAct("start")}
           onConfirm={() => chosen.forEach((run) => void start(run))}
         />
       )}

@@ -1,7 +1,8 @@
 import { afterEach, expect, it, vi } from "vitest";
 import type { RunState } from "../../api/types";
+import { pilotNote, principal } from "../../store/principal";
 import { sampleRun } from "../../testing/samples";
-import { allowedActions, command } from "./run-actions";
+import { allowedActions, command, mayAct } from "./run-actions";
 
 let sent: string[] = [];
 
@@ -59,4 +60,21 @@ it("in flight the vehicle can divert to a rally point where the plan has some, u
 it("only an uploaded run can be started", () => {
   const states: RunState[] = ["created", "uploading", "uploaded", "starting", "flying", "paused"];
   expect(states.filter((state) => allowedActions(sampleRun({ state })).includes("start"))).toEqual(["uploaded"]);
+});
+
+it.each([
+  [["viewer"], [false, false]],
+  [
+    ["viewer", "dispatcher"],
+    [true, false],
+  ],
+  [
+    ["viewer", "dispatcher", "pilot"],
+    [true, true],
+  ],
+] as const)("%s may start and return: %s", (roles, wanted) => {
+  principal.value = { name: "desk", role: roles.at(-1) ?? "viewer", roles: [...roles], expires_at: null };
+  expect([mayAct("start"), mayAct("return")]).toEqual(wanted);
+  expect(pilotNote() === null).toBe(roles.length === 3);
+  principal.value = null;
 });

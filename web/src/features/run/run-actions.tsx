@@ -4,8 +4,10 @@ import { toProblem } from "../../api/problem";
 import type { Run, RunAction, RunState } from "../../api/types";
 import type { Tone } from "../../format/labels";
 import { dismissOf, reportProblem } from "../../store/notices";
+import { hasRole, pilotNote } from "../../store/principal";
 import { dispatch, live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
+import { RoleNote } from "../../ui/role-note";
 
 const VERBS: Readonly<Record<RunAction, readonly [string, Tone]>> = {
   start: ["Start", "info"],
@@ -47,7 +49,7 @@ export function RunActionButton({ run, action, primary = false }: ActionProps) {
       vehicle={run.vehicle_id}
       tone={tone}
       primary={primary}
-      disabled={busy || !live.value}
+      disabled={busy || !live.value || !mayAct(action)}
       onConfirm={() => void send()}
     />
   );
@@ -83,12 +85,20 @@ export function RunActions({ run, rallyPoints, secondary = false }: ActionsProps
   const actions = allowedActions(run, rallyPoints);
   if (actions.length === 0) return null;
   return (
-    <div class="actions run-actions" aria-label={`Commands to ${run.vehicle_id}`} role="group">
-      {actions.map((action, index) => (
-        <RunActionButton key={action} run={run} action={action} primary={index === 0 && !secondary} />
-      ))}
-    </div>
+    <>
+      {!actions.every(mayAct) && <RoleNote>{pilotNote()}</RoleNote>}
+      <div class="actions run-actions" aria-label={`Commands to ${run.vehicle_id}`} role="group">
+        {actions.map((action, index) => (
+          <RunActionButton key={action} run={run} action={action} primary={index === 0 && !secondary} />
+        ))}
+      </div>
+    </>
   );
+}
+
+/** A dispatcher starts what is prepared; in flight, a pilot commands. */
+export function mayAct(action: RunAction): boolean {
+  return hasRole(action === "start" ? "dispatcher" : "pilot");
 }
 
 /** What an operator may ask for. The service decides; this only keeps useless buttons away. */
