@@ -113,6 +113,10 @@ describe("the units of the page", () => {
   });
 });
 
+it("a duration of days is in days", () => {
+  expect([86_399, 86_400, 3 * 86_400 + 7_300].map(formatDuration)).toEqual(["23 h 59 min", "1 d 0 h", "3 d 2 h"]);
+});
+
 it("a moment has a date unless it is today", () => {
   const at = new Date(2026, 6, 3, 7, 10, 34);
   const onThe = (day: number, year = 2026) =>

@@ -97,12 +97,13 @@ export function inPageUnits(unit: string, value: unknown): string {
   return unit === "m/s" ? formatSpeed(value) : "";
 }
 
-/** Under a minute with a decimal if it has one, then minutes and seconds. */
+/** Under a minute with a decimal if it has one, then minutes and seconds, hours and minutes, days and hours. */
 export function formatDuration(value: number | null): string {
   if (value === null) return UNKNOWN_VALUE;
   if (value < 60) return `${trimmed(value, 1)} s`;
   const whole = Math.round(value);
   const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  if (h >= 24) return `${Math.floor(h / 24)} d ${h % 24} h`;
   return h > 0 ? `${h} h ${String(m).padStart(2, "0")} min` : `${m} min ${String(s).padStart(2, "0")} s`;
 }
 

@@ -1,10 +1,10 @@
 import { useMemo, useState } from "preact/hooks";
 import type { StreamEvent } from "../../api/types";
 import { countOf, joinParts, shortId, shortName } from "../../format/text";
-import { formatClock, formatTimestamp } from "../../format/units";
+import { formatMoment, formatTimestamp } from "../../format/units";
 import { planName } from "../../store/plans";
 import { selectedRun, selectRun, vehicleId } from "../../store/selection";
-import { feed } from "../../store/store";
+import { feed, today } from "../../store/store";
 import { type EventGroup, groupEvents } from "./event-groups";
 import { FEED_FILTERS, type FeedFilter, matchesFilter } from "./filter";
 import { type EventText, formatEvent, planNameIn } from "./format-event";
@@ -113,7 +113,7 @@ function EventRow({ event, words }: { event: StreamEvent; words?: EventText }) {
   return (
     <li class={`event event-line tone-${tone}`} data-seq={event.position} data-kind={event.kind}>
       {words === undefined ? (
-        <time title={timeTitle(event)}>{formatClock(event.time)}</time>
+        <time title={timeTitle(event)}>{formatMoment(event.time, today.value)}</time>
       ) : (
         <BriefTime event={event} />
       )}
@@ -126,9 +126,9 @@ function EventRow({ event, words }: { event: StreamEvent; words?: EventText }) {
   );
 }
 
-/** Hours and minutes: the lines of a story are short. */
+/** Hours and minutes, after the date if it is not today: the lines of a story are short. */
 function BriefTime({ event }: { event: StreamEvent }) {
-  return <time title={timeTitle(event)}>{formatClock(event.time).slice(0, -3)}</time>;
+  return <time title={timeTitle(event)}>{formatMoment(event.time, today.value).slice(0, -3)}</time>;
 }
 
 function timeTitle(event: StreamEvent): string {

@@ -46,6 +46,13 @@ describe("a job in words", () => {
     expect(describeJobStart(sampleJob(), null)).toEqual(["starts manually"]);
   });
 
+  it("has a date for another day", () => {
+    const now = new Date(2026, 6, 3, 12).getTime() / 1000;
+    const [before, by] = describeJobStart(sampleJob({ not_before: now + 86_400, deadline: now + 2 * 86_400 }), now);
+    expect([before, by]).toEqual(["not before 4 Jul 12:00:00", "start by 5 Jul 12:00:00 (in 2 d 0 h)"]);
+    expect(describeJobStart(sampleJob({ ended_at: now - 86_400 }), now)).toEqual(["ended 2 Jul 12:00:00"]);
+  });
+
   it("says that it is being taken off its vehicle", () => {
     expect(jobStateLabel(sampleJob({ state: "prepared", end_requested: "cancelled" }))).toBe("Ending");
   });

@@ -4,7 +4,7 @@ import type { Job, JobAssignment, JobCandidate, JobState } from "../../api/types
 import { type Tone, vehicleTypeNoun } from "../../format/labels";
 import { formatReason } from "../../format/reasons";
 import { countOf, humanize, joinParts, toSentence, toSentences } from "../../format/text";
-import { formatClock, formatDistance, formatDuration, formatPercent } from "../../format/units";
+import { formatDistance, formatDuration, formatMoment, formatPercent } from "../../format/units";
 
 const STATES: Readonly<Record<JobState, readonly [string, Tone]>> = {
   queued: ["Queued", "neutral"],
@@ -43,12 +43,13 @@ export function describeJobVehicle({ vehicle_id, vehicle_type, selector }: Job):
 
 /** When and how it starts, and what it asks for; `now` in Unix seconds, null while the service's time is unknown. */
 export function describeJobStart(job: Job, now: number | null): string[] {
-  if (job.ended_at !== null) return [`ended ${formatClock(job.ended_at)}`];
+  const today = now === null ? "" : new Date(now * 1000).toDateString();
+  if (job.ended_at !== null) return [`ended ${formatMoment(job.ended_at, today)}`];
   const { not_before, deadline, selector } = job;
   const isEarly = not_before !== null && (now === null || now < not_before);
   return [
-    isEarly ? `not before ${formatClock(not_before)}` : "",
-    deadline === null ? "" : `start by ${formatClock(deadline)}${timeLeft(deadline, now)}`,
+    isEarly ? `not before ${formatMoment(not_before, today)}` : "",
+    deadline === null ? "" : `start by ${formatMoment(deadline, today)}${timeLeft(deadline, now)}`,
     job.state === "flying" ? "" : job.auto_start ? "starts automatically" : "starts manually",
     job.priority === 0 ? "" : `priority ${job.priority}`,
     job.state === "queued" && selector.min_battery_percent > 0

@@ -114,7 +114,7 @@ describe("jobs of the world", () => {
       kind: "job.changed",
       vehicle_id: "v1",
       run_id: "r1",
-      data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 1 }) }, // the clock may be set back
+      data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 1 }) },
     });
     const world = reduce(
       { ...EMPTY_WORLD, gateway: "g", seq: 5, jobs: { "job-1": sampleJob() } },

@@ -3,12 +3,12 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { vehicleTypeLabel } from "../../format/labels";
 import { capitalize } from "../../format/text";
-import { formatClock } from "../../format/units";
+import { formatMoment } from "../../format/units";
 import { isHeard } from "../../store/link-loss";
 import { planName } from "../../store/plans";
 import { currentRun } from "../../store/runs";
 import { selectVehicle, vehicleId } from "../../store/selection";
-import { live, runs, vehicleIds, vehicles } from "../../store/store";
+import { live, runs, today, vehicleIds, vehicles } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { FindingNote } from "../../ui/finding-note";
 import { Icon } from "../../ui/icons";
@@ -106,7 +106,7 @@ function CheckResult() {
         planCheck.value.kind === "done" &&
         (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
       {planCheck.value.kind === "done" && planCheck.value.parametersReadAt !== null && (
-        <small>parameters read at {formatClock(planCheck.value.parametersReadAt)}</small>
+        <small>parameters read at {formatMoment(planCheck.value.parametersReadAt, today.value)}</small>
       )}
     </span>
   );

@@ -3,10 +3,10 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { api } from "../../api/client";
 import { toProblem } from "../../api/problem";
 import type { Attachment } from "../../api/types";
-import { formatClock, formatTimestamp } from "../../format/units";
+import { formatMoment, formatTimestamp } from "../../format/units";
 import { reportProblem } from "../../store/notices";
 import { hasRole } from "../../store/principal";
-import { live } from "../../store/store";
+import { live, today } from "../../store/store";
 import { Icon } from "../../ui/icons";
 import { saveFile } from "../../ui/save-file";
 import {
@@ -137,7 +137,7 @@ function AttachmentThumb({ run, attachment, onShow }: Props) {
         <span class="visually-hidden">{picture ? "Show" : "Save"} </span>
         {name}
       </span>
-      <small>{problem === "" ? `${actor} · ${formatClock(at)}` : problem}</small>
+      <small>{problem === "" ? `${actor} · ${formatMoment(at, today.value)}` : problem}</small>
     </button>
   );
 }

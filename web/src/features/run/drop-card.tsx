@@ -5,12 +5,13 @@ import { formatReason } from "../../format/reasons";
 import { capitalize } from "../../format/text";
 import {
   formatAge,
-  formatClock,
   formatDistance,
+  formatMoment,
   formatSpeed,
   formatTimestamp,
   roundDistance,
 } from "../../format/units";
+import { today } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { DropAttachments } from "./attachment-list";
 
@@ -90,7 +91,11 @@ function Evidence({ name, at, note, missing }: { name: string; at: number | null
   return (
     <li class={at === null ? "absent" : "present"}>
       <span>{name}</span>
-      {at === null ? <small>{missing}</small> : <time title={formatTimestamp(at)}>{formatClock(at)}</time>}
+      {at === null ? (
+        <small>{missing}</small>
+      ) : (
+        <time title={formatTimestamp(at)}>{formatMoment(at, today.value)}</time>
+      )}
       {note !== "" && at !== null && <small>{note}</small>}
     </li>
   );

@@ -1,6 +1,7 @@
 import type { ComponentChildren } from "preact";
-import { formatClock, formatLinkAge } from "../../format/units";
+import { formatLinkAge, formatMoment } from "../../format/units";
 import { type LinkLoss, linkLoss } from "../../store/link-loss";
+import { today } from "../../store/store";
 import { Icon } from "../../ui/icons";
 import { useStableComputed } from "../../ui/use-stable-computed";
 
@@ -48,7 +49,7 @@ function useLinkLoss(vehicle: string): { readonly heardAt: string; readonly age:
 function wordsOf(loss: LinkLoss | null) {
   if (loss === null) return null;
   return {
-    heardAt: loss.heardAt === null ? "" : formatClock(loss.heardAt),
+    heardAt: loss.heardAt === null ? "" : formatMoment(loss.heardAt, today.value),
     age: loss.age_s === null ? "" : ` for ${formatLinkAge(loss.age_s)}`,
   };
 }

@@ -73,7 +73,7 @@ it.each([
     [true, true],
   ],
 ] as const)("%s may start and return: %s", (roles, wanted) => {
-  principal.value = { name: "desk", role: roles.at(-1) ?? "viewer", roles: [...roles], expires_at: null };
+  principal.value = { name: "desk", role: roles.at(-1) ?? "viewer", roles: [...roles] };
   expect([mayAct("start"), mayAct("return")]).toEqual(wanted);
   expect(pilotNote() === null).toBe(roles.length === 3);
   principal.value = null;
