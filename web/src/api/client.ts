@@ -20,7 +20,8 @@ export type VehicleCommand = "hold" | "return" | "land";
 
 export const api = {
   vehicles: async () => (await get("/api/v1/vehicles", {})).vehicles,
-  plans: async () => (await get("/api/v1/plans", {}, { limit: 500 })).plans,
+  /** The newest first. */
+  plans: (older_than: string | null) => get("/api/v1/plans", {}, { limit: 500, older_than }),
   plan: (plan_id: string) => get("/api/v1/plans/{plan_id}", { plan_id }),
   run: (run_id: string) => get("/api/v1/runs/{run_id}", { run_id }),
   comparison: (run_id: string) => get("/api/v1/runs/{run_id}/comparison", { run_id }),

@@ -40,6 +40,7 @@ export type Wind = Readonly<Record<keyof Pick<Schemas["WindGiven"], "from_deg" |
 /** A JSON Schema as the service publishes it. */
 export type JsonSchema = Readonly<Record<string, unknown>>;
 export type PlanHead = Schemas["PlanHead"];
+export type PlansPage = Schemas["PlansView"];
 export type StoredPlan = Schemas["PlanView"];
 export type Principal = Schemas["PrincipalView"];
 export type OffboardExit = Schemas["LeaveRequest"]["to"];

@@ -1,9 +1,29 @@
-import { expect, it } from "vitest";
+import { expect, it, vi } from "vitest";
 import type { StoredPlan } from "../api/types";
-import { cachePlan, planName } from "./plans";
+
+/** Three plans in pages of two. */
+const plans = async (older_than: string | null) =>
+  older_than === null
+    ? {
+        plans: [
+          { id: "p-4", name: "Newest" },
+          { id: "p-3", name: "Newer" },
+        ],
+        next: "p-3",
+      }
+    : { plans: [{ id: "p-2", name: "Oldest" }], next: null };
+vi.doMock("../api/client", () => ({ api: { plans } }));
+const { cachePlan, loadOlderPlans, loadStoredPlans, olderPlans, planName, storedPlans } = await import("./plans");
 
 it("a plan that was read has a name, also if it is not in the list of plans", () => {
   expect(planName("p-1")).toBeNull();
   cachePlan({ id: "p-1", name: "Clinic run" } as StoredPlan);
   expect(planName("p-1")).toBe("Clinic run");
+});
+
+it("the list tells that there are older plans, and has them once they are asked for", async () => {
+  await loadStoredPlans();
+  expect([storedPlans.value?.length, olderPlans.value]).toEqual([2, "p-3"]);
+  await Promise.all([loadOlderPlans(), loadOlderPlans()]);
+  expect([storedPlans.value?.map(({ id }) => id), olderPlans.value]).toEqual([["p-4", "p-3", "p-2"], null]);
 });

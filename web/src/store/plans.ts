@@ -1,12 +1,15 @@
 /** Stored plans: the list to choose from, and each plan read once (plans never change after they are stored). */
 
-import { computed, effect, signal } from "@preact/signals";
+import { batch, computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
-import type { PlanHead, StoredPlan } from "../api/types";
+import type { PlanHead, PlansPage, StoredPlan } from "../api/types";
 import { reportProblem } from "./notices";
 import { feed, live } from "./store";
 
+/** The newest ones; null until read. */
 export const storedPlans = signal<readonly PlanHead[] | null>(null);
+/** What to ask for the older ones with; null: there are none. */
+export const olderPlans = signal<string | null>(null);
 export const plansById = signal<Readonly<Record<string, StoredPlan>>>({});
 
 const asked = new Set<string>();
@@ -28,10 +31,28 @@ export function cachePlan(plan: StoredPlan): void {
 
 export async function loadStoredPlans(): Promise<void> {
   try {
-    storedPlans.value = await api.plans();
+    showPlans([], await api.plans(null));
   } catch (error) {
     reportProblem("Load the stored plans", error);
   }
+}
+
+export async function loadOlderPlans(): Promise<void> {
+  const next = olderPlans.peek();
+  if (next === null) return;
+  try {
+    const page = await api.plans(next);
+    if (olderPlans.peek() === next) showPlans(storedPlans.peek() ?? [], page); // not if it was asked for twice
+  } catch (error) {
+    reportProblem("Load the stored plans", error);
+  }
+}
+
+function showPlans(newer: readonly PlanHead[], { plans, next }: PlansPage): void {
+  batch(() => {
+    storedPlans.value = [...newer, ...plans];
+    olderPlans.value = next;
+  });
 }
 
 // The names of the stored plans: from their list, from the events since then, and from those that were read.

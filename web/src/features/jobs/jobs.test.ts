@@ -6,12 +6,15 @@ vi.stubGlobal("location", { hash: "#panel=jobs" });
 vi.stubGlobal("requestAnimationFrame", (draw: () => void) => setTimeout(draw, 16));
 vi.stubGlobal("cancelAnimationFrame", (handle: ReturnType<typeof setTimeout>) => clearTimeout(handle));
 let open: Job[] = [];
+let pages = 1;
 let newest: Job[] = [];
 let whileReading: () => void = () => undefined;
-const answer = async (ask: { open?: boolean }) => {
+const answer = async (ask: { open?: boolean; older_than?: string | null }) => {
   await Promise.resolve();
   whileReading();
-  return { jobs: ask.open === true ? open : newest, next: null };
+  if (ask.open !== true) return { jobs: newest, next: null };
+  const page = Number(ask.older_than ?? 0) + 1;
+  return { jobs: page === pages ? open : [], next: page === pages ? null : String(page) };
 };
 vi.doMock("../../api/client", () => ({ api: { jobs: answer, jobQueues: async () => ({ vehicles: [] }) } }));
 const { dispatch, jobs, status } = await import("../../store/store");
@@ -65,6 +68,19 @@ describe("jobs after the stream was lost", () => {
     expect(known()).toEqual([
       ["a", "flying"],
       ["e", "queued"],
+    ]);
+  });
+
+  it("are read to the last page: the oldest are the next ones", async () => {
+    pages = 15;
+    dispatch({ type: "jobs_read", jobs: [sampleJob({ id: "oldest" })], queues: [] });
+    open = [sampleJob({ id: "oldest" }), sampleJob({ id: "unheard" })];
+    newest = [];
+    await rejoin();
+    pages = 1;
+    expect(known()).toEqual([
+      ["oldest", "queued"],
+      ["unheard", "queued"],
     ]);
   });
 

@@ -24,7 +24,6 @@ export const jobCandidates = signal<{
 } | null>(null);
 
 const PAGE = 200;
-const MOST_PAGES = 10;
 
 export function watchJobs(): void {
   const joined = computed(() => (live.value ? world.value.snapshotSeq : null)); // events up to there are not sent again
@@ -60,14 +59,15 @@ async function readJobs(): Promise<void> {
   }
 }
 
+/** All of them: pages begin with the newest, and the oldest ones are flown next. */
 async function openJobs(): Promise<Job[]> {
   const found: Job[] = [];
   let next: string | null = null;
-  for (let page = 0; page < MOST_PAGES && (page === 0 || next !== null); page++) {
+  do {
     const answer: JobsPage = await api.jobs({ open: true, limit: PAGE, older_than: next });
     found.push(...answer.jobs);
     next = answer.next;
-  }
+  } while (next !== null);
   return found;
 }
 

@@ -5,7 +5,12 @@ vi.stubGlobal("requestAnimationFrame", (draw: () => void) => setTimeout(draw, 16
 vi.stubGlobal("cancelAnimationFrame", (handle: ReturnType<typeof setTimeout>) => clearTimeout(handle));
 const checkPlan = vi.fn(async () => ({ findings: [], timeline: null, parameters_age_s: 40 }));
 const createRun = vi.fn();
-const api = { checkPlan, createRun, createPlan: async () => ({ id: "p1", name: "Plan" }), plans: async () => [] };
+const api = {
+  checkPlan,
+  createRun,
+  createPlan: async () => ({ id: "p1", name: "Plan" }),
+  plans: async () => ({ plans: [], next: null }),
+};
 vi.doMock("../../api/client", () => ({ api }));
 const { now } = await import("../../store/clock");
 const { receiveFrame, runs, status } = await import("../../store/store");

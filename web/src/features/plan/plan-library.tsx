@@ -2,7 +2,7 @@ import { useEffect, useState } from "preact/hooks";
 import type { PlanHead } from "../../api/types";
 import { vehicleTypeLabel } from "../../format/labels";
 import { formatTimestamp } from "../../format/units";
-import { loadStoredPlans, storedPlans } from "../../store/plans";
+import { loadOlderPlans, loadStoredPlans, olderPlans, storedPlans } from "../../store/plans";
 import { hasRole } from "../../store/principal";
 import { live } from "../../store/store";
 import { openStored } from "./draft";
@@ -17,6 +17,7 @@ export function PlanLibrary() {
   const [renamed, setRenamed] = useState<string | null>(null);
   useEffect(() => void loadStoredPlans(), []);
   const plans = storedPlans.value ?? [];
+  const isCut = olderPlans.value !== null;
   const found = findPlans(plans, query);
   return (
     <section class="plan-library" aria-label="Plan library">
@@ -29,7 +30,8 @@ export function PlanLibrary() {
       />
       {found.length === 0 && (
         <p class="muted">
-          {plans.length === 0 ? "No plan is stored yet. Store one with the Store button." : "No plan matches."}
+          {plans.length === 0 && "No plan is stored yet. Store one with the Store button."}
+          {plans.length > 0 && (isCut ? `None of the newest ${plans.length} plans matches.` : "No plan matches.")}
         </p>
       )}
       <ul>
@@ -44,6 +46,11 @@ export function PlanLibrary() {
         ))}
       </ul>
       {found.length > MOST_ROWS && <p class="muted">{found.length - MOST_ROWS} more. Search to find them.</p>}
+      {isCut && (
+        <button type="button" class="small" disabled={!live.value} onClick={() => void loadOlderPlans()}>
+          Load older plans
+        </button>
+      )}
     </section>
   );
 }

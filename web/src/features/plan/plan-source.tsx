@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { ConversionFinding, Finding, TargetFormat } from "../../api/types";
 import { capitalize } from "../../format/text";
-import { storedPlans } from "../../store/plans";
+import { olderPlans, storedPlans } from "../../store/plans";
 import { showPanel } from "../../store/selection";
 import { live } from "../../store/store";
 import { FindingNote } from "../../ui/finding-note";
@@ -90,10 +90,11 @@ function Export() {
 
 function LibraryButton() {
   const shown = libraryShown.value;
+  const count = `${storedPlans.value?.length ?? 0}${olderPlans.value === null ? "" : "+"}`;
   return (
     <button type="button" class="small" aria-expanded={shown} onClick={() => (libraryShown.value = !shown)}>
       <Icon name="store" size={15} />
-      Plan library ({storedPlans.value?.length ?? 0})
+      Plan library ({count})
     </button>
   );
 }
