@@ -88,6 +88,14 @@ describe("the altitude profile", () => {
     expect([profile?.low_m, profile?.high_m, profile?.end_s]).toEqual([0, 20, 40]);
   });
 
+  it("has one mark for an item that is visited again and again", () => {
+    const visits = Array.from({ length: 5_000 }, (_, i) => entry(i % 2 === 0 ? "a" : "b", i, i + 1, 20));
+    expect(profileOf(timeline(visits))?.points.map(({ itemId, at_s }) => [itemId, at_s])).toEqual([
+      ["a", 1],
+      ["b", 2],
+    ]);
+  });
+
   it("is drawn from the lower left, with places below home below the line", () => {
     if (profile === null) throw new Error("no profile");
     expect([profileXY(profile, 0, 0), profileXY(profile, 40, 20)]).toEqual([

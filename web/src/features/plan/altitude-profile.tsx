@@ -74,7 +74,7 @@ interface ProfilePoint {
 interface Profile {
   /** From the start on the ground; each leg is straight between two of them. */
   readonly line: readonly (readonly [at_s: number, relative_altitude_m: number])[];
-  /** One for each visit of an item that is no drop. */
+  /** The first visit of each item that is no drop: thousands of visits, as in loops, could not be told apart. */
   readonly points: readonly ProfilePoint[];
   readonly drops: readonly ProfilePoint[];
   readonly end_s: number;
@@ -91,9 +91,9 @@ export function profileOf(timeline: Timeline | null): Profile | null {
     if (entry.start_s > before_s) line.push([entry.start_s, altitude_m]);
     line.push([entry.end_s, entry.relative_altitude_m]);
   }
-  const dropIds = new Set(timeline.drops.map(({ item_id }) => item_id)); // they have a mark of their own
+  const marked = new Set(timeline.drops.map(({ item_id }) => item_id)); // they have a mark of their own
   const points = timeline.entries
-    .filter(({ item_id }) => !dropIds.has(item_id))
+    .filter(({ item_id }) => marked.size < marked.add(item_id).size)
     .map(({ item_id, end_s, relative_altitude_m, brakes }) => ({
       itemId: item_id,
       at_s: end_s,

@@ -51,3 +51,8 @@ describe("a finding", () => {
     expect(findingItem({ item_id: null, pointer: "/name" }, clinic.items)).toBeNull();
   });
 });
+
+it("a document that is shown again is not read again", () => {
+  const plan = { name: "Clinic run", items: [{ id: "a", type: "waypoint" }] };
+  expect(viewPlan(plan)).toBe(viewPlan(plan));
+});

@@ -42,7 +42,16 @@ export function parsePlanText(text: string): ParsedPlan {
   }
 }
 
+const views = new WeakMap<PlanDocument, PlanView>();
+
+/** Worked out once for each document, which never changes: a run's panel asks for it with each drop and event. */
 export function viewPlan(plan: PlanDocument): PlanView {
+  const view = views.get(plan) ?? readPlan(plan);
+  views.set(plan, view);
+  return view;
+}
+
+function readPlan(plan: PlanDocument): PlanView {
   const fence = isRecord(plan["geofence"]) ? plan["geofence"] : {};
   return {
     name: textOf(plan["name"]) ?? "Unnamed plan",

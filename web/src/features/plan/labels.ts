@@ -59,12 +59,30 @@ function words(value: unknown): string {
 
 /** When an item begins, counted from the start: "+1 min 05 s". An item that is visited again says how often. */
 export function formatArrival(timeline: Timeline | null, itemId: string): string {
-  const visits = timeline?.entries.filter((entry) => entry.item_id === itemId) ?? [];
-  const last = visits.at(-1);
-  if (last === undefined) return "";
+  const visits = timeline === null ? undefined : visitsOf(timeline).get(itemId);
+  if (visits === undefined) return "";
   const least = timeline?.truncated ? "at least " : "";
-  const often = visits.length > 1 ? ` (${least}${visits.length} visits)` : "";
-  return `after ${formatDuration(Math.round(last.end_s))}${often}`;
+  const often = visits.count > 1 ? ` (${least}${visits.count} visits)` : "";
+  return `after ${formatDuration(Math.round(visits.end_s))}${often}`;
+}
+
+interface Visits {
+  readonly count: number;
+  /** Of the last one. */
+  readonly end_s: number;
+}
+
+const visited = new WeakMap<Timeline, ReadonlyMap<string, Visits>>();
+
+/** By item. Worked out once for each timeline: a plan has up to a thousand items, a timeline thousands of visits. */
+function visitsOf(timeline: Timeline): ReadonlyMap<string, Visits> {
+  const known = visited.get(timeline);
+  if (known !== undefined) return known;
+  const found = new Map<string, Visits>();
+  for (const { item_id, end_s } of timeline.entries)
+    found.set(item_id, { count: (found.get(item_id)?.count ?? 0) + 1, end_s });
+  visited.set(timeline, found);
+  return found;
 }
 
 /**

@@ -26,7 +26,11 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
   const [over, setOver] = useState(false);
   const [shown, setShown] = useState<Attachment | null>(null);
   const newest = useComputed(() => newestAttachment(run, drop)).value;
-  useEffect(() => void loadAttachments(run, drop), [run, drop, newest, live.value]);
+  const group = useRef<HTMLDivElement>(null);
+  const seen = useSeen(group);
+  useEffect(() => {
+    if (seen) void loadAttachments(run, drop);
+  }, [run, drop, newest, live.value, seen]);
   const { list, sending, loadProblem, problems } = attachmentsOf(run, drop);
   const mayAttach = live.value && hasRole("dispatcher");
   const onDrop = (event: DragEvent) => {
@@ -36,6 +40,7 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
   };
   return (
     <div
+      ref={group}
       class={`attachments${over ? " over" : ""}`}
       role="group"
       aria-label={`Attachments of ${drop}`}
@@ -150,7 +155,7 @@ async function saveAttachment(run: string, attachment: Attachment): Promise<void
   }
 }
 
-/** Whether it was ever on the screen: photos have megabytes, and may never be scrolled to. */
+/** Whether it was ever on the screen: a run may have hundreds of drops, and photos have megabytes. */
 function useSeen(ref: { readonly current: Element | null }): boolean {
   const [seen, setSeen] = useState(false);
   useEffect(() => {
