@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Final
 
 import pytest
-from playwright.async_api import Browser, Route, ViewportSize, expect
+from playwright.async_api import Browser, Route, ViewportSize, WebSocketRoute, expect
 
 from tests.support.accessibility import DESKTOP, PHONE, WALL_DISPLAY, violations
 from tests.support.dashboard import CLINIC_RUN, PATIENCE_MS, Dashboard
@@ -40,6 +41,19 @@ async def test_a_telephone_shows_the_whole_header_while_the_page_connects(idle_p
     last = await idle_page.page.get_by_role("button", name="theme").bounding_box()
     assert last is not None
     assert last["x"] + last["width"] <= PHONE["width"]
+
+
+async def test_a_lost_connection_is_read_aloud_once_and_not_with_each_second(idle_page: Dashboard) -> None:
+    async def refuse(socket: WebSocketRoute) -> None:
+        await socket.close(code=1011, reason="restarting")
+
+    await idle_page.page.route_web_socket("**/api/v1/stream*", refuse)
+    await idle_page.page.reload()
+    state = idle_page.page.locator(".connection")
+    await expect(state).to_contain_text("retry in")
+    heard = await state.aria_snapshot()
+    assert "No connection" in heard
+    assert not re.search(r"\d", heard)
 
 
 async def test_a_finding_stands_on_its_item_with_its_hint(idle_page: Dashboard) -> None:

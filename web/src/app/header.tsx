@@ -1,3 +1,4 @@
+import type { ComponentChildren } from "preact";
 import { formatAge, UNIT_SYSTEMS, unitSystem } from "../format/units";
 import { now, secondsSince } from "../store/clock";
 import { chooseUnits, theme, toggleTheme } from "../store/preferences";
@@ -60,6 +61,11 @@ function UnitSwitch() {
   );
 }
 
+/** Seen only: a screen reader would read the whole status with each second. */
+function Counted({ children }: { children: ComponentChildren }) {
+  return <span aria-hidden="true">{children}</span>;
+}
+
 /** Whether what is shown is live, and how old it is if not. */
 function ConnectionState() {
   const current = status.value;
@@ -70,7 +76,13 @@ function ConnectionState() {
       return (
         <p class={`connection ${old !== null && old > 2 ? "slow" : "live"}`} role="status">
           <i />
-          {old !== null && old > 2 ? `No data for ${formatAge(old)}` : "Live"}
+          {old !== null && old > 2 ? (
+            <span>
+              No data<Counted> for {formatAge(old)}</Counted>
+            </span>
+          ) : (
+            "Live"
+          )}
           {world.value.gateway !== null && (
             <small title="Id of this service in events and clusters">{world.value.gateway}</small>
           )}
@@ -80,7 +92,13 @@ function ConnectionState() {
       return (
         <p class={`connection ${shown === null ? "" : "lost"}`} role="status">
           <i />
-          {shown === null ? "Connecting…" : `Connecting again, data is ${formatAge(old)} old`}
+          {shown === null ? (
+            "Connecting…"
+          ) : (
+            <span>
+              Connecting again<Counted>, data is {formatAge(old)} old</Counted>
+            </span>
+          )}
         </p>
       );
     case "token_needed":
@@ -98,8 +116,8 @@ function ConnectionState() {
         <p class="connection lost" role="status">
           <i />
           <span>
-            No connection{shown === null ? "" : `, data is ${formatAge(old)} old`}
-            <small title={current.reason}>
+            No connection{shown !== null && <Counted>, data is {formatAge(old)} old</Counted>}
+            <small aria-hidden="true" title={current.reason}>
               retry in {Math.max(0, Math.ceil((current.retryAt - now.value) / 1000))} s
             </small>
           </span>

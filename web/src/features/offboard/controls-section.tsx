@@ -113,7 +113,8 @@ function GoTo({ vehicle }: { vehicle: string }) {
       ) : (
         <>
           <span role="status">
-            {vehicle} is flying there{here === null ? "" : `, ${formatDistance(metresBetween(here, place.at))} left`}
+            {vehicle} is flying there
+            {here !== null && <span aria-hidden="true">, {formatDistance(metresBetween(here, place.at))} left</span>}
           </span>
           <TransientButton name="Stop" onClick={() => (goToTarget.value = null)} />
         </>
