@@ -10,7 +10,11 @@ import { feed, live } from "./store";
 export const storedPlans = signal<readonly PlanHead[] | null>(null);
 /** What to ask for the older ones with; null: there are none. */
 export const olderPlans = signal<string | null>(null);
+/** The last that were read. */
 export const plansById = signal<Readonly<Record<string, StoredPlan>>>({});
+
+/** A run that follows a moving target gets another plan every few seconds. */
+export const MOST_PLANS = 100;
 
 const asked = new Set<string>();
 
@@ -26,7 +30,8 @@ export function loadPlan(id: string): void {
 }
 
 export function cachePlan(plan: StoredPlan): void {
-  plansById.value = { ...plansById.value, [plan.id]: plan };
+  const others = Object.entries(plansById.value).filter(([id]) => id !== plan.id);
+  plansById.value = { ...Object.fromEntries(others.slice(1 - MOST_PLANS)), [plan.id]: plan };
 }
 
 export async function loadStoredPlans(): Promise<void> {

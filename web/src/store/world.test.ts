@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 import type { Frame } from "../api/stream";
 import type { StreamEvent } from "../api/types";
-import { sampleEvent, sampleRun, sampleState, sampleVehicle } from "../testing/samples";
-import { EMPTY_WORLD, FEED_LIMIT, REPLAYED_EVENTS, reduce, type World } from "./world";
+import { sampleEvent, sampleJob, sampleRun, sampleState, sampleVehicle } from "../testing/samples";
+import { EMPTY_WORLD, FEED_LIMIT, MOST_ENDED, REPLAYED_EVENTS, reduce, type World } from "./world";
 
 const hello = (seq: number, gateway = "gw1"): Frame => ({ type: "hello", gateway, first_seq: 1, seq, server_time: 0 });
 const snapshot = (seq: number): Frame => ({ type: "snapshot", seq, vehicles: [sampleVehicle()], runs: [sampleRun()] });
@@ -162,6 +162,17 @@ describe("an answer to a request", () => {
   it("brings a run that the stream has not told of yet", () => {
     expect(reduce(EMPTY_WORLD, { type: "run_read", run: sampleRun({ id: "r2" }) }).runs["r2"]?.id).toBe("r2");
   });
+});
+
+it("a page that stays open for weeks keeps the last runs and jobs that ended, and all that are open", () => {
+  let world = reduce(EMPTY_WORLD, { type: "run_read", run: sampleRun({ id: "flying" }) });
+  for (let i = 0; i < MOST_ENDED + 2; i++) {
+    world = reduce(world, { type: "run_read", run: sampleRun({ id: `r${i}`, state: "completed" }) });
+    const jobs = [sampleJob({ id: `j${i}`, state: "completed", ended_at: i })];
+    world = reduce(world, { type: "jobs_read", jobs, queues: [] });
+  }
+  expect([Object.keys(world.runs).length, Object.keys(world.jobs).length]).toEqual([MOST_ENDED + 1, MOST_ENDED]);
+  expect(["flying", "r1", "r2"].map((id) => id in world.runs)).toEqual([true, false, true]);
 });
 
 describe("no gap and no double", () => {

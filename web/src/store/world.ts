@@ -11,6 +11,8 @@ import { hasRunEnded } from "./runs";
 
 /** Events kept for the feed. */
 export const FEED_LIMIT = 500;
+/** Runs, and jobs, that have ended: a page stays open for weeks. */
+export const MOST_ENDED = 500;
 /** Events asked for when the page is new and knows none. */
 export const REPLAYED_EVENTS = 200;
 
@@ -176,7 +178,7 @@ function onRunRead(world: World, run: Run): World {
 }
 
 function withRun(world: World, run: Run): World {
-  return { ...world, runs: { ...world.runs, [run.id]: run } };
+  return { ...world, runs: withNew(world.runs, run, hasRunEnded) };
 }
 
 /** By its time an answer is older only than what came after it was asked for: the service's clock may be set back. */
@@ -197,7 +199,8 @@ function onJobsRead(world: World, { jobs, queues, gone = [], asked }: ActionOf<"
 /** What comes may be older than what is known: never go back behind it. `isLate`: of two words of the same claimant. */
 function withJob(world: World, job: Job, isLate = false): World {
   const known = world.jobs[job.id];
-  return known && isOlder(job, known, isLate) ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
+  if (known && isOlder(job, known, isLate)) return world;
+  return { ...world, jobs: withNew(world.jobs, job, ({ ended_at }) => ended_at !== null) };
 }
 
 /** By the fencing number first: a gateway and the cluster that gave it the job have different clocks. */
@@ -216,6 +219,19 @@ function withoutJobs(world: World, gone: readonly Job[]): World {
 
 function withJobQueue(world: World, queue: JobQueue): World {
   return { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
+}
+
+/** Of what has ended, the last that came are kept. */
+function withNew<T extends { readonly id: string }>(
+  known: Readonly<Record<string, T>>,
+  one: T,
+  hasEnded: (one: T) => boolean,
+): Readonly<Record<string, T>> {
+  const all = { ...known, [one.id]: one };
+  if (one.id in known) return all;
+  const leftOut = Object.values(all).filter(hasEnded).slice(0, -MOST_ENDED);
+  for (const { id } of leftOut) delete all[id];
+  return all;
 }
 
 function withNewest(feed: readonly StreamEvent[], event: StreamEvent): readonly StreamEvent[] {
