@@ -21,6 +21,7 @@ import structlog
 
 from app.api.problems import ApiError, problem_response
 from app.api.proxies import Network, TrustedProxies
+from app.api.tls import Certificate
 
 log = structlog.get_logger(__name__)
 
@@ -66,7 +67,7 @@ class Connections:
     """Creates the protocol of each connection and tracks the open ones."""
 
     def __init__(
-        self, make: Callable[[], ResponseReporter], limits: ConnectionLimits, tls: ssl.SSLContext | None = None
+        self, make: Callable[[], ResponseReporter], limits: ConnectionLimits, tls: Certificate | None = None
     ) -> None:
         self._make = make
         self._tls = tls
@@ -79,7 +80,9 @@ class Connections:
 
     def __call__(self) -> asyncio.Protocol:
         """Create the protocol of a new connection."""
-        return _Connection(self, self._make()) if self._tls is None else _TlsConnection(self, self._make(), self._tls)
+        if self._tls is None:
+            return _Connection(self, self._make())
+        return _TlsConnection(self, self._make(), self._tls.context)
 
     def admit(self, connection: _Connection) -> bool:
         """Whether to accept a connection. At the limit, an idle one is closed to make room."""

@@ -87,13 +87,13 @@ async def serving(
     """
     limits = limits or ConnectionLimits()
     runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=SHUTDOWN_S)
-    async with certificate(tls) as context:
+    async with certificate(tls) as used:
         await runner.setup()
         try:
-            connections = Connections(_protocols(runner, limits), limits, context)
+            connections = Connections(_protocols(runner, limits), limits, used)
             async with _listening(connections, host, port) as bound_port:
                 shown = f"[{host}]" if ":" in host else host
-                yield f"{'http' if context is None else 'https'}://{shown}:{bound_port}"
+                yield f"{'http' if used is None else 'https'}://{shown}:{bound_port}"
         finally:
             await runner.cleanup()
 

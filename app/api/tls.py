@@ -35,9 +35,16 @@ class TlsFiles:
     look_every_s: float = LOOK_EVERY_S
 
 
+@dataclass(slots=True)
+class Certificate:
+    """The certificate in use: the context of the next connection."""
+
+    context: ssl.SSLContext
+
+
 @asynccontextmanager
-async def certificate(files: TlsFiles | None) -> AsyncIterator[ssl.SSLContext | None]:
-    """The context of a server, or None without files. A replaced certificate is used for new connections.
+async def certificate(files: TlsFiles | None) -> AsyncIterator[Certificate | None]:
+    """The certificate of a server, or None without files. A replaced one is used for new connections.
 
     Raises:
         ListenError: the files cannot be read, or do not fit each other.
@@ -45,25 +52,20 @@ async def certificate(files: TlsFiles | None) -> AsyncIterator[ssl.SSLContext | 
     if files is None:
         yield None
         return
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    context.minimum_version = ssl.TLSVersion.TLSv1_2
-    context.set_alpn_protocols(["http/1.1"])
     known = await asyncio.to_thread(_stamps, files)  # before they are loaded: no replacement may be missed
-    await asyncio.to_thread(_load, context, files)
-    async with background(_follow(context, files, known), "tls certificate"):
-        yield context
+    used = Certificate(await asyncio.to_thread(_loaded, files))
+    async with background(_follow(used, files, known), "tls certificate"):
+        yield used
 
 
-async def _follow(context: ssl.SSLContext, files: TlsFiles, known: Stamps) -> None:
+async def _follow(used: Certificate, files: TlsFiles, known: Stamps) -> None:
     while True:
         await asyncio.sleep(files.look_every_s)
         found = await asyncio.to_thread(_stamps, files)
         if found == known:
             continue
         try:
-            # into another context first: half of a pair must not replace the one that is in use
-            await asyncio.to_thread(_load, ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER), files)
-            await asyncio.to_thread(_load, context, files)
+            used.context = await asyncio.to_thread(_loaded, files)
         except ListenError as error:
             log.error("the new certificate cannot be used, the old one stays", error=error.detail)
         else:
@@ -84,8 +86,14 @@ def _stamps(files: TlsFiles) -> Stamps:
     return tuple(found)
 
 
-def _load(context: ssl.SSLContext, files: TlsFiles) -> None:
-    """Raises ListenError."""
+def _loaded(files: TlsFiles) -> ssl.SSLContext:
+    """A new context: one that is loaded twice keeps the old certificate beside a new one with another type of key.
+
+    Raises ListenError.
+    """
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    context.set_alpn_protocols(["http/1.1"])
     try:
         # without a password an encrypted key would be asked for on the terminal
         context.load_cert_chain(files.certificate, files.key, password=lambda: "")
@@ -95,6 +103,7 @@ def _load(context: ssl.SSLContext, files: TlsFiles) -> None:
             hint="WAYDROP_TLS_CERT is the certificate with its chain, WAYDROP_TLS_KEY its private key without a "
             "password, both PEM files that the user that runs Waydrop can read",
         ) from error
+    return context
 
 
 def _reason(error: OSError) -> str:

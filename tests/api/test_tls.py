@@ -17,7 +17,7 @@ from aiohttp import web
 from app.api.connections import ConnectionLimits
 from app.api.server import serving
 from app.api.tls import ListenError, TlsFiles
-from tests.support.certificates import trusting, write_certificate
+from tests.support.certificates import PrivateKey, elliptic, of_rsa, trusting, write_certificate
 from tests.support.raw_socket import exchange
 
 FEW = ConnectionLimits(most=6, most_per_address=6)
@@ -139,14 +139,33 @@ async def test_a_certificate_that_is_replaced_is_used_for_new_connections(
                 await asyncio.sleep(0.02)
         assert await asked(url, old), "half of a pair is not used"
         new.key.replace(pair.key)
-        async with asyncio.timeout(20):
-            while True:
-                try:
-                    await asked(url, trusting(pair.certificate))
-                except aiohttp.ClientConnectorCertificateError:
-                    await asyncio.sleep(0.05)
-                else:
-                    break
+        await used(url, pair)
+
+
+@pytest.mark.parametrize(("before", "after"), [(elliptic, of_rsa), (of_rsa, elliptic)])
+async def test_a_certificate_with_a_key_of_another_type_replaces_the_old_one(
+    tmp_path: Path, before: Callable[[], PrivateKey], after: Callable[[], PrivateKey]
+) -> None:
+    (tmp_path / "new").mkdir()
+    pair = Pair(*write_certificate(tmp_path, new_key=before))
+    new = Pair(*write_certificate(tmp_path / "new", new_key=after))
+    async with served(pair) as url:
+        assert await asked(url, trusting(pair.certificate))
+        new.certificate.replace(pair.certificate)
+        new.key.replace(pair.key)
+        await used(url, pair)
+
+
+async def used(url: str, pair: Pair) -> None:
+    """Wait until new connections get this certificate."""
+    async with asyncio.timeout(10):
+        while True:
+            try:
+                await asked(url, trusting(pair.certificate))
+            except aiohttp.ClientConnectorCertificateError:
+                await asyncio.sleep(0.05)
+            else:
+                return
 
 
 def gone(pair: Pair) -> None:

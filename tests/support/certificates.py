@@ -5,17 +5,30 @@ from __future__ import annotations
 import datetime
 import ipaddress
 import ssl
+from collections.abc import Callable
 from pathlib import Path
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.asymmetric import ec, rsa
 from cryptography.x509.oid import NameOID
 
+PrivateKey = ec.EllipticCurvePrivateKey | rsa.RSAPrivateKey
 
-def write_certificate(folder: Path, name: str = "waydrop", *, password: bytes | None = None) -> tuple[Path, Path]:
+
+def elliptic() -> PrivateKey:
+    return ec.generate_private_key(ec.SECP256R1())
+
+
+def of_rsa() -> PrivateKey:
+    return rsa.generate_private_key(public_exponent=65537, key_size=2048)
+
+
+def write_certificate(
+    folder: Path, name: str = "waydrop", *, password: bytes | None = None, new_key: Callable[[], PrivateKey] = elliptic
+) -> tuple[Path, Path]:
     """A new pair of PEM files: certificate and key."""
-    key = ec.generate_private_key(ec.SECP256R1())
+    key = new_key()
     subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
     now = datetime.datetime.now(datetime.UTC)
     names = [x509.DNSName("localhost"), x509.IPAddress(ipaddress.ip_address("127.0.0.1"))]
