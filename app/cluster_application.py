@@ -22,8 +22,8 @@ from app.application import (
     served,
     webhooks_of,
 )
-from app.cluster import BusSettings, open_bus
-from app.config import Settings, require_access_control, require_part_of_cluster
+from app.cluster import BusSettings, open_bus, unusable_files
+from app.config import PREFIX, Settings, SettingsError, require_access_control, require_part_of_cluster
 from app.data_folder import claim_data_folder, folder_address
 from app.domain.cluster.errors import GatewayUnreachableError
 from app.domain.cluster.lease import Leaseholder, LeaseState
@@ -64,12 +64,14 @@ LOOK_S: Final = 5.0
 async def serve_gateway(settings: Settings) -> None:
     """Run a gateway: the whole service, joined to a cluster. Raises as serve."""
     require_part_of_cluster(settings, "site", "cluster_key")
+    _require_files(settings)
     await serve(settings, start=partial(running, join=joined))
 
 
 async def serve_api(settings: Settings) -> None:
     """Run an API node. Raises as serve."""
     require_part_of_cluster(settings, "postgres_url", "cluster_key")
+    _require_files(settings)
     await serve(settings, start=api_node)
 
 
@@ -251,6 +253,19 @@ async def _refresh(runs: RemoteRuns) -> None:
         with suppress(StorageError):
             await runs.refresh()
         await asyncio.sleep(LOOK_S)
+
+
+def _require_files(settings: Settings) -> None:
+    """Raises SettingsError."""
+    variables = {settings.nats_credentials: "NATS_CREDENTIALS", settings.nats_ca: "NATS_CA"}
+    wrong = [
+        f"{PREFIX}{variables[path]}: {path} cannot be used: {reason}"
+        for path, reason in unusable_files(_bus(settings, "")).items()
+    ]
+    if wrong:
+        raise SettingsError(
+            "\n".join(wrong), hint="specify files that the user that runs Waydrop can read; see docs/how-to/cluster.md"
+        )
 
 
 def _bus(settings: Settings, name: str) -> BusSettings:

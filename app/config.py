@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
+from urllib.parse import urlsplit
 
 from pydantic import Field, SecretStr, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
@@ -237,8 +238,11 @@ class Settings(BaseSettings):
     @field_validator("nats_servers")
     @classmethod
     def _servers_named(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if not value or not all(url.startswith(("nats://", "tls://")) for url in value):
-            raise ValueError("write them as nats://HOST:4222, or tls://HOST:4222 with TLS")
+        if not value or not all(_is_server(url) for url in value):
+            raise ValueError(
+                "write them as nats://USER:PASSWORD@HOST:4222, or tls://HOST:4222 with TLS; "
+                "a password with / ? # or a comma cannot be in a URL"
+            )
         return value
 
     @field_validator("cluster_key")
@@ -319,6 +323,16 @@ class Settings(BaseSettings):
             return ipaddress.ip_address(self.host).is_loopback
         except ValueError:
             return False
+
+
+def _is_server(url: str) -> bool:
+    """Whether it names a server of NATS, and nothing else."""
+    try:
+        parts = urlsplit(url)
+        is_named = bool(parts.hostname) and parts.port != 0
+    except ValueError:  # of the port
+        return False
+    return parts.scheme in ("nats", "tls") and is_named and not (parts.path.strip("/") or parts.query or parts.fragment)
 
 
 def expand_connection(entry: str) -> tuple[str, ...]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import ssl
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
+from urllib.parse import ParseResult
 
 import nats.errors
 import structlog
@@ -20,6 +21,7 @@ from nats.js.api import AckPolicy, ConsumerConfig, KeyValueConfig, RetentionPoli
 from nats.js.errors import APIError, NotFoundError
 from nats.js.errors import Error as JetStreamError
 
+from app.cluster.credentials import read_credentials
 from app.domain.cluster.envelope import Envelope
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
 from app.domain.cluster.lease import LEASE_TTL_S
@@ -49,11 +51,36 @@ class BusSettings:
     ca: Path | None = None
 
 
+def unusable_files(settings: BusSettings) -> Mapping[Path, str]:
+    """Files that cannot be used, and why."""
+    found: dict[Path, str] = {}
+    for path, read in ((settings.credentials, read_credentials), (settings.ca, _trusting)):
+        if path is None:
+            continue
+        try:
+            read(path)
+        except _UNUSABLE as error:
+            found[path] = _words(error)
+    return found
+
+
+def _trusting(authority: Path) -> ssl.SSLContext:
+    return ssl.create_default_context(cafile=authority)
+
+
+_UNUSABLE: Final = (nats.errors.Error, OSError)
+
+
+def _words(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__
+
+
 @asynccontextmanager
 async def open_bus(settings: BusSettings) -> AsyncIterator[NatsBus]:
     """The bus until the block ends. It connects on its own, now or as soon as a server can be reached."""
     client = Client()
     connecting = asyncio.create_task(_connect(client, settings), name="nats connecting")
+    connecting.add_done_callback(_not_connecting)
     try:
         yield NatsBus(client, connecting)
     finally:
@@ -63,13 +90,29 @@ async def open_bus(settings: BusSettings) -> AsyncIterator[NatsBus]:
             await client.close()
 
 
+def _not_connecting(connecting: asyncio.Task[None]) -> None:
+    if not connecting.cancelled() and (error := connecting.exception()) is not None:
+        log.error("NATS is not connected to any more, until a restart", exc_info=error)
+
+
 async def _connect(client: Client, settings: BusSettings) -> None:
+    """Connect, and begin again where nats-py gives up, as with a file that is missing for now."""
+    while True:
+        try:
+            return await _connect_once(client, settings)
+        except _UNUSABLE as error:
+            log.error("NATS cannot be connected to", error=_words(error))
+        await asyncio.sleep(RECONNECT_S)
+
+
+async def _connect_once(client: Client, settings: BusSettings) -> None:
     async def failed(error: Exception) -> None:
         log.warning("NATS cannot be reached", error=str(error) or type(error).__name__)
 
     async def reconnected() -> None:
-        log.info("NATS is reached again", server=client.connected_url.netloc if client.connected_url else "")
+        log.info("NATS is reached again", server=_address(client.connected_url))
 
+    file = settings.credentials
     await client.connect(
         servers=list(settings.servers),
         name=settings.name,
@@ -79,9 +122,16 @@ async def _connect(client: Client, settings: BusSettings) -> None:
         reconnect_time_wait=RECONNECT_S,
         ping_interval=5,
         max_outstanding_pings=2,
-        user_credentials=None if settings.credentials is None else str(settings.credentials),
-        tls=None if settings.ca is None else ssl.create_default_context(cafile=settings.ca),
+        # read at each connect: credentials expire, and the file is replaced
+        user_jwt_cb=None if file is None else lambda: bytearray(read_credentials(file).claims),
+        signature_cb=None if file is None else lambda nonce: read_credentials(file).sign(nonce),
+        tls=None if settings.ca is None else _trusting(settings.ca),
     )
+
+
+def _address(url: ParseResult | None) -> str:
+    """Without the password that may stand before it."""
+    return "" if url is None else url.netloc.rpartition("@")[2]
 
 
 @contextmanager

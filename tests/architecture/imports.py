@@ -54,7 +54,7 @@ EXCLUSIVE: dict[str, frozenset[str]] = {
     "sqlite3": frozenset({"storage"}),
     "asyncpg": frozenset({"storage"}),
     "nats": frozenset({"cluster"}),
-    "cryptography": frozenset({"storage"}),
+    "cryptography": frozenset({"storage", "cluster"}),
     "aiohttp": frozenset({"api", "cli", "webhooks"}),
     "typer": frozenset({"cli"}),
     "rich": frozenset({"cli"}),

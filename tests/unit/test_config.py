@@ -166,3 +166,16 @@ def test_a_value_of_another_type_is_refused_in_words_about_the_variable(monkeypa
     monkeypatch.setenv("WAYDROP_PORT", "http")
     with pytest.raises(SettingsError, match=r"^WAYDROP_PORT: must be a valid integer"):
         load_settings()
+
+
+@pytest.mark.parametrize(
+    "url", ["nats://h:42x2", "nats://u:a#b@h", "nats://u:a?b@h", "nats://u:a/b@h", "nats://", "h:1"]
+)
+def test_a_nats_server_that_nothing_could_connect_to_is_refused(url: str) -> None:
+    with pytest.raises(SettingsError, match=r"^WAYDROP_NATS_SERVERS: write them as nats://"):
+        load_settings(nats_servers=("nats://north:4222", url))
+
+
+def test_nats_servers_may_have_users_and_no_port() -> None:
+    urls = ("nats://north", "tls://north:secret@[::1]:4222", "nats://token@10.0.0.1:4222/")
+    assert load_settings(nats_servers=urls).nats_servers == urls
