@@ -1,8 +1,8 @@
-"""`python -m tools.sbom FILE`: the bill of materials of the container image (CycloneDX), from the lock files.
+"""`python -m tools.sbom FILE [LOCK]`: the bill of materials of the container image (CycloneDX), from the lock files.
 
-The Python packages are those of requirements.txt that are installed on Linux, by the hashes that the image installs
-them with; the page's are those of web/package-lock.json that are built into it. What the base image itself contains is
-in that image's own bill of materials.
+The Python packages are those of LOCK (requirements.txt) that are installed on Linux, by the hashes that the image
+installs them with; the page's are those of web/package-lock.json that are built into it. What the base image itself
+contains is in that image's own bill of materials.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def installed_on_linux(lock: str) -> str:
     return "\n".join(kept) + "\n"
 
 
-def python_part() -> dict[str, Any]:
+def python_part(lock_file: str = "requirements.txt") -> dict[str, Any]:
     """What pip installs into the image."""
-    lock = installed_on_linux((ROOT / "requirements.txt").read_text(encoding="utf-8"))
+    lock = installed_on_linux((ROOT / lock_file).read_text(encoding="utf-8"))
     command = [sys.executable, "-m", "cyclonedx_py", "requirements", "--pyproject", "pyproject.toml"]
     return _made([*command, "--spec-version", SPEC, "--short-PURLs", "-"], ROOT, lock)
 
@@ -105,9 +105,9 @@ def _made(command: list[str], folder: Path, given: str) -> dict[str, Any]:
 
 def main() -> None:
     """Write the file of the command line."""
-    if len(sys.argv) != 2:
-        raise SystemExit("usage: python -m tools.sbom FILE")
-    document = merged(python_part(), page_part())
+    if len(sys.argv) not in (2, 3):
+        raise SystemExit("usage: python -m tools.sbom FILE [LOCK]")
+    document = merged(python_part(*sys.argv[2:]), page_part())
     if problems := problems_of(document):
         raise SystemExit(f"the bill of materials does not fit CycloneDX {SPEC}: {problems}")
     path = Path(sys.argv[1])
