@@ -52,7 +52,6 @@ WORKDIR /var/lib/waydrop
 VOLUME /var/lib/waydrop
 EXPOSE 8080/tcp 14540/udp
 STOPSIGNAL SIGTERM
-HEALTHCHECK --interval=10s --timeout=3s --start-period=15s --retries=3 \
-  CMD ["python3", "-c", "import os, ssl, urllib.request as r; s = 's' * ('WAYDROP_TLS_CERT' in os.environ); r.urlopen(f'http{s}://127.0.0.1:' + os.environ['WAYDROP_PORT'] + '/readyz', timeout=2, context=ssl._create_unverified_context())"]
+HEALTHCHECK --interval=15s --timeout=10s --start-period=15s --retries=3 CMD ["waydrop", "health"]
 ENTRYPOINT ["waydrop"]
 CMD ["serve"]

@@ -16,7 +16,7 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from pydantic_settings import SettingsError as UnreadableSettingError
 
 from app.domain.autopilot.declared import require_known_keys
-from app.domain.cluster.envelope import SITE
+from app.domain.cluster.site import SITE
 from app.domain.errors import InvalidInputError
 from app.domain.offboard.limits import OffboardLimits
 from app.domain.vehicle.performance import Performance

@@ -56,6 +56,11 @@ class _Commands(LazyGroup):
             "app.cli.fly:fly",
             "Fly a plan and follow it. Exit status 0 only if every drop was released and the run completed.",
         ),
+        LazyCommand(
+            "health",
+            "app.cli.health:health",
+            "Ask the Waydrop of these settings whether it is ready, for health checks.",
+        ),
         LazyCommand("vehicles", "app.cli.vehicles:vehicles", "List the vehicles."),
         LazyCommand(
             "hold", "app.cli.vehicles:hold", "Hold position: pauses the run of the vehicle and ends offboard control."

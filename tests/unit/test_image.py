@@ -43,8 +43,14 @@ def test_what_is_copied_is_in_the_context(requirements: str) -> None:
 
 
 def test_what_is_built_or_secret_is_not_in_the_context() -> None:
-    assert not any(map(is_in_context, ("web/node_modules", "web/dist", "secrets/cluster-key", "var/waydrop.db", ".git")))
+    assert not any(
+        map(is_in_context, ("web/node_modules", "web/dist", "secrets/cluster-key", "var/waydrop.db", ".git"))
+    )
 
 
 def test_the_script_builds_the_image_of_a_cluster_too() -> None:
     assert " REQUIREMENTS " in (ROOT / "scripts" / "build-image.sh").read_text(encoding="utf-8")
+
+
+def test_the_health_check_is_a_command_that_reads_the_settings_as_the_service_does() -> None:
+    assert re.search(r'^HEALTHCHECK .*CMD \["waydrop", "health"\]$', DOCKERFILE, re.MULTILINE)

@@ -5,7 +5,6 @@ Events travel as the gateway's journal has them, byte for byte, so that their ha
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Annotated, Final
 
@@ -16,8 +15,6 @@ from app.domain.events.event import JournalHead, event_hash
 from app.domain.model import FrozenForm
 
 ENVELOPE_VERSION: Final = 1
-SITE: Final = re.compile(r"[a-z][a-z0-9]{0,30}")
-"""A site's name is part of vehicle ids (`north-v1`) and of NATS subjects, so it has no hyphen and no dot."""
 
 Row = dict[str, str | int | float | bool | None]
 """Columns of a stored document. `document` is its JSON text."""
