@@ -38,7 +38,7 @@ LABEL org.opencontainers.image.title="Waydrop" \
       org.opencontainers.image.licenses="Apache-2.0"
 COPY --from=wheel /opt/waydrop /opt/waydrop
 COPY plans /opt/waydrop/share/plans
-RUN useradd --uid 10001 --home-dir /var/lib/waydrop --create-home waydrop
+RUN useradd --uid 10001 --home-dir /var/lib/waydrop --create-home waydrop && mkdir -p /run/secrets
 # 0.0.0.0 is refused without an access token: give WAYDROP_BOOTSTRAP_TOKEN
 ENV PATH=/opt/waydrop/bin:$PATH \
     WAYDROP_HOST=0.0.0.0 \

@@ -101,7 +101,7 @@ async def serve(
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
     for variable, meant in misspelt_settings().items():
-        log.warning("a variable is no setting and has no effect", variable=variable, did_you_mean=meant)
+        log.warning("a variable or secret file is no setting and has no effect", name=variable, did_you_mean=meant)
     sys.setswitchinterval(SWITCH_S)
     async with (start or running)(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
         gc.freeze()  # everything created so far lives until the end: scanning it repeatedly would block the loop

@@ -365,10 +365,12 @@ def load_settings(**given: object) -> Settings:
     Raises:
         SettingsError: one or more cannot be used; `detail` has a line for each, by its variable's name.
     """
-    secrets = os.environ.get(SECRETS_DIR, "")
+    secrets = os.environ.get(SECRETS_DIR) or None
+    if secrets is not None and not os.path.isdir(secrets):  # without its files the service would be open to everybody
+        raise SettingsError(f"{SECRETS_DIR}: {secrets} is no folder", hint=_CORRECT)
     try:
         return Settings(
-            _secrets_dir=secrets if os.path.isdir(secrets) else None,
+            _secrets_dir=secrets,
             **{name: value for name, value in given.items() if value is not None},  # type: ignore[arg-type]
         )
     except ValidationError as error:
@@ -385,11 +387,14 @@ def load_settings(**given: object) -> Settings:
 
 
 def misspelt_settings() -> Mapping[str, str]:
-    """Variables that are probably misspelt, and the setting that each resembles."""
+    """Variables and secret files that are probably misspelt, and the setting that each resembles."""
     names = [name.upper() for name in Settings.model_fields]
-    given = sorted(name.removeprefix(PREFIX) for name in os.environ if name.startswith(PREFIX))
-    near = {name: get_close_matches(name, names, n=1, cutoff=MISSPELT) for name in given if name not in names}
-    return {PREFIX + name: PREFIX + meant for name, found in near.items() for meant in found}
+    given = {name: name.removeprefix(PREFIX) for name in os.environ if name.startswith(PREFIX) and name != SECRETS_DIR}
+    folder = os.environ.get(SECRETS_DIR)
+    for path in Path(folder).glob(f"{PREFIX.lower()}*") if folder else ():
+        given[str(path)] = path.name.upper().removeprefix(PREFIX)
+    near = {one: get_close_matches(name, names, n=1, cutoff=MISSPELT) for one, name in given.items()}
+    return {one: PREFIX + meant for one, found in sorted(near.items()) for meant in found if meant != given[one]}
 
 
 def require_access_control(settings: Settings, *, has_tokens: bool) -> None:

@@ -58,8 +58,24 @@ def test_a_secret_can_be_a_file_and_the_environment_goes_before_it(
     token = load_settings().bootstrap_token
     assert token is not None
     assert token.get_secret_value() == "a secret of the environment"
+
+
+def test_a_missing_folder_of_secrets_does_not_open_the_service_without_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("WAYDROP_SECRETS_DIR", str(tmp_path / "nothing"))
-    assert load_settings().port == 8080
+    with pytest.raises(SettingsError, match="^WAYDROP_SECRETS_DIR: .*/nothing is no folder"):
+        load_settings()
+    monkeypatch.setenv("WAYDROP_SECRETS_DIR", "")
+    assert load_settings().bootstrap_token is None
+
+
+def test_a_secret_that_is_probably_misspelt_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WAYDROP_SECRETS_DIR", str(tmp_path))
+    for name in ("waydrop_bootstrap_tokn", "waydrop_cluster_key", "postgres_password", "waydrop_server"):
+        (tmp_path / name).write_text("a secret of the file\n")
+    path = tmp_path / "waydrop_bootstrap_tokn"
+    assert misspelt_settings() == {str(path): "WAYDROP_BOOTSTRAP_TOKEN"}
 
 
 def test_every_wrong_setting_is_named_with_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,8 +164,9 @@ def test_an_installed_waydrop_keeps_its_data_in_the_state_folder(
 def test_a_variable_that_resembles_a_setting_is_named_and_other_tools_variables_are_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for name in ("RETENTION_DAY", "TRUSTED_PROXY", "SERVER", "TOKEN", "LEASES", "LOG_FILES", "CHROMIUM", "SECRETS_DIR"):
+    for name in ("RETENTION_DAY", "TRUSTED_PROXY", "SERVER", "TOKEN", "LEASES", "LOG_FILES", "CHROMIUM"):
         monkeypatch.setenv(f"WAYDROP_{name}", "x")
+    monkeypatch.delenv("WAYDROP_SECRETS_DIR", raising=False)
     assert misspelt_settings() == {
         "WAYDROP_RETENTION_DAY": "WAYDROP_RETENTION_DAYS",
         "WAYDROP_TRUSTED_PROXY": "WAYDROP_TRUSTED_PROXIES",
