@@ -383,7 +383,14 @@ def load_settings(**given: object) -> Settings:
     except UnreadableSettingError as error:  # it names the field in a sentence alone, and repeats no value
         field = _FIELD.search(str(error))
         name = PREFIX + (field[1].upper() if field else "*")
-        raise SettingsError(f"{name}: must be valid JSON: {error.__cause__}", hint=_CORRECT) from error
+        cause = error.__cause__
+        if isinstance(cause, OSError):
+            raise SettingsError(
+                f"{name}: {cause.filename} cannot be read: {cause.strerror}",
+                hint="let the user that runs Waydrop (10001 in the image) read the file: "
+                "restrict the folder that it is in, not the file",
+            ) from error
+        raise SettingsError(f"{name}: must be valid JSON: {cause}", hint=_CORRECT) from error
 
 
 def misspelt_settings() -> Mapping[str, str]:

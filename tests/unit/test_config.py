@@ -64,7 +64,7 @@ def test_a_missing_folder_of_secrets_does_not_open_the_service_without_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("WAYDROP_SECRETS_DIR", str(tmp_path / "nothing"))
-    with pytest.raises(SettingsError, match="^WAYDROP_SECRETS_DIR: .*/nothing is no folder"):
+    with pytest.raises(SettingsError, match=r"^WAYDROP_SECRETS_DIR: .*/nothing is no folder"):
         load_settings()
     monkeypatch.setenv("WAYDROP_SECRETS_DIR", "")
     assert load_settings().bootstrap_token is None
@@ -196,3 +196,20 @@ def test_a_nats_server_that_nothing_could_connect_to_is_refused(url: str) -> Non
 def test_nats_servers_may_have_users_and_no_port() -> None:
     urls = ("nats://north", "tls://north:secret@[::1]:4222", "nats://token@10.0.0.1:4222/")
     assert load_settings(nats_servers=urls).nats_servers == urls
+
+
+@pytest.mark.parametrize("name", ["offboard_limits", "nats_servers", "bootstrap_token"])
+def test_a_secret_file_that_cannot_be_read_is_called_that(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    (tmp_path / f"waydrop_{name}").write_text("{}")
+    monkeypatch.setenv("WAYDROP_SECRETS_DIR", str(tmp_path))
+
+    def denied(path: Path, *_: object, **__: object) -> str:  # root, as in some test environments, may read any file
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "read_text", denied)
+    expected = f"^WAYDROP_{name.upper()}: .*/waydrop_{name} cannot be read: Permission denied$"
+    with pytest.raises(SettingsError, match=expected) as refused:
+        load_settings()
+    assert "user that runs Waydrop" in refused.value.hint
