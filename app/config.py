@@ -41,6 +41,10 @@ _URL_ORIGIN = re.compile(_ORIGIN)
 OFF: Final = "off"
 BASEMAP_STYLES: Final = ("https://tiles.openfreemap.org/styles/positron", "https://tiles.openfreemap.org/styles/dark")
 """For the light and the dark theme. OpenFreeMap serves styles, tiles and sprites from one host, without keys."""
+_POSTGRES = re.compile(
+    r"postgres(ql)?://([^:/@]*(:[^@]*)?@)?(\[[0-9A-Fa-f:.]+\]|[^][/:?#@]*)(:(?P<port>\d{1,5}))?(/[^/?#]*)?"
+    r"(\?(&?((host|passfile|target_session_attrs)=[^&#]+|ssl=(disable|allow|prefer|require|verify-ca|verify-full)))+)?"
+)
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial)://\S+$")
 
 
@@ -242,6 +246,17 @@ class Settings(BaseSettings):
             raise ValueError(
                 "write them as nats://USER:PASSWORD@HOST:4222, or tls://HOST:4222 with TLS; "
                 "a password with / ? # or a comma cannot be in a URL"
+            )
+        return value
+
+    @field_validator("postgres_url")
+    @classmethod
+    def _database_addressed(cls, value: SecretStr | None) -> SecretStr | None:
+        match = None if value is None else _POSTGRES.fullmatch(value.get_secret_value())
+        if value is not None and (match is None or not 0 < int(match["port"] or 5432) <= 65535):
+            raise ValueError(
+                "write it as postgresql://USER:PASSWORD@HOST:PORT/DATABASE; "
+                "for TLS, ?ssl=require or ?ssl=verify-full behind it, where libpq has sslmode"
             )
         return value
 

@@ -213,3 +213,20 @@ def test_a_secret_file_that_cannot_be_read_is_called_that(
     with pytest.raises(SettingsError, match=expected) as refused:
         load_settings()
     assert "user that runs Waydrop" in refused.value.hint
+
+
+@pytest.mark.parametrize(
+    "rest",
+    ["u:secret@h:abc/d", "u:secret@h:70000/d", "u:secret@h/d?sslmode=require", "u:secret@h/d?ssl=on", "h/d?timeout=5"],
+)
+def test_an_address_of_postgresql_that_cannot_be_used_is_refused_without_its_password(rest: str) -> None:
+    with pytest.raises(SettingsError, match=r"^WAYDROP_POSTGRES_URL: write it as .*\?ssl=require") as refused:
+        load_settings(postgres_url=f"postgresql://{rest}")
+    assert "secret" not in refused.value.detail
+
+
+@pytest.mark.parametrize(
+    "rest", ["u@h/d", "u:p#/?@h:5432/d?ssl=verify-full", "u@[::1]:5432/d", "/d?host=/run/postgresql&ssl=disable", "h"]
+)
+def test_an_address_of_postgresql_may_have_these_forms(rest: str) -> None:
+    assert load_settings(postgres_url=f"postgresql://{rest}").postgres_url is not None
