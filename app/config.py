@@ -38,6 +38,10 @@ _ORIGIN = r"https?://[A-Za-z0-9.\[\]:-]+"
 _MAP_URL = re.compile(_ORIGIN + r"/[^\s'\";]*")
 _URL_ORIGIN = re.compile(_ORIGIN)
 
+_HOST_NAME = re.compile(r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]")
+_PAGE_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://([a-z0-9._-]+|\[[0-9a-f:.]+\])(:\d{1,5})?")
+_DEFAULT_PORT = re.compile(r"http://.*:80|https://.*:443")
+
 OFF: Final = "off"
 BASEMAP_STYLES: Final = ("https://tiles.openfreemap.org/styles/positron", "https://tiles.openfreemap.org/styles/dark")
 """For the light and the dark theme. OpenFreeMap serves styles, tiles and sprites from one host, without keys."""
@@ -285,10 +289,20 @@ class Settings(BaseSettings):
             raise ValueError("a connection is specified twice")
         return tuple(expanded)
 
-    @field_validator("allowed_hosts", "allowed_origins")
+    @field_validator("allowed_hosts")
     @classmethod
-    def _hosts_lower(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+    def _hosts_bare(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not all(_HOST_NAME.fullmatch(name) for name in value):
+            raise ValueError("write each as desk.example, without scheme and port; an IPv6 address as [fd00::1]")
         return tuple(name.lower() for name in value)
+
+    @field_validator("allowed_origins")
+    @classmethod
+    def _pages_bare(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        origins = tuple(origin.lower().rstrip("/") for origin in value)
+        if not all(_PAGE_ORIGIN.fullmatch(origin) and not _DEFAULT_PORT.fullmatch(origin) for origin in origins):
+            raise ValueError("write each as https://desk.example or http://desk.example:8000, as browsers send it")
+        return origins
 
     @model_validator(mode="after")
     def _tls_whole(self) -> Self:

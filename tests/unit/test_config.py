@@ -230,3 +230,20 @@ def test_an_address_of_postgresql_that_cannot_be_used_is_refused_without_its_pas
 )
 def test_an_address_of_postgresql_may_have_these_forms(rest: str) -> None:
     assert load_settings(postgres_url=f"postgresql://{rest}").postgres_url is not None
+
+
+@pytest.mark.parametrize("name", ["desk.example:8443", "https://desk.example", "desk.example/", "fd00::1", "*"])
+def test_a_host_that_no_request_can_name_is_refused(name: str) -> None:
+    with pytest.raises(SettingsError, match=r"^WAYDROP_ALLOWED_HOSTS: write each as desk\.example, without"):
+        load_settings(allowed_hosts=("waydrop", name))
+    assert load_settings(allowed_hosts=("Desk_2.example", "[fd00::1]")).allowed_hosts == ("desk_2.example", "[fd00::1]")
+
+
+@pytest.mark.parametrize(
+    "origin", ["desk.example", "https://desk.example/app", "https://desk.example:443", "http://desk.example:80", "*"]
+)
+def test_an_origin_that_no_browser_sends_is_refused(origin: str) -> None:
+    with pytest.raises(SettingsError, match=r"^WAYDROP_ALLOWED_ORIGINS: write each as https://desk\.example"):
+        load_settings(allowed_origins=("https://desk.example", origin))
+    origins = ("https://Desk.example/", "http://10.0.0.1:443", "http://[fd00::1]:8000")
+    assert load_settings(allowed_origins=origins).allowed_origins[0] == "https://desk.example"
