@@ -177,6 +177,16 @@ class Settings(BaseSettings):
             return tuple(part.strip() for part in value.split(",") if part.strip())
         return value
 
+    @field_validator("port", mode="before")
+    @classmethod
+    def _port_ours(cls, value: object) -> object:
+        if isinstance(value, str) and value.startswith("tcp://"):
+            raise ValueError(
+                "Kubernetes sets it for a Service that is named waydrop: "
+                "set enableServiceLinks: false in the specification of the pod"
+            )
+        return value
+
     @field_validator("host")
     @classmethod
     def _host_named(cls, value: str) -> str:

@@ -247,3 +247,9 @@ def test_an_origin_that_no_browser_sends_is_refused(origin: str) -> None:
         load_settings(allowed_origins=("https://desk.example", origin))
     origins = ("https://Desk.example/", "http://10.0.0.1:443", "http://[fd00::1]:8000")
     assert load_settings(allowed_origins=origins).allowed_origins[0] == "https://desk.example"
+
+
+def test_a_port_that_kubernetes_has_set_is_told_as_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WAYDROP_PORT", "tcp://10.43.0.7:8080")
+    with pytest.raises(SettingsError, match=r"^WAYDROP_PORT: .*enableServiceLinks: false"):
+        load_settings()
