@@ -32,9 +32,9 @@ GATEWAY_STATUSES: Final = {502, 503, 504}
 
 
 def default_server() -> str:
-    """The service on this machine, at the port that WAYDROP_PORT names."""
-    port = os.environ.get("WAYDROP_PORT")
-    return f"http://127.0.0.1:{port}" if port else DEFAULT_SERVER
+    """The service on this machine with the port and TLS of its variables: reading all settings would cost a second."""
+    port = os.environ.get("WAYDROP_PORT") or "8080"
+    return f"http{'s' if os.environ.get('WAYDROP_TLS_CERT') else ''}://127.0.0.1:{port}"
 
 
 ServerOption = Annotated[
@@ -42,7 +42,8 @@ ServerOption = Annotated[
     typer.Option("--server", envvar="WAYDROP_SERVER", default_factory=default_server, help="Where Waydrop answers."),
 ]
 TokenOption = Annotated[
-    str | None, typer.Option("--token", envvar="WAYDROP_TOKEN", help="Bearer token; not needed on loopback.")
+    str | None,
+    typer.Option("--token", envvar="WAYDROP_TOKEN", help="Bearer token; not needed before the first token exists."),
 ]
 
 

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 from aiohttp import web
 
-from app.cli.service_client import parsed, service_client
+from app.cli.service_client import default_server, parsed, service_client
 from app.cli.terminal import AnswerLostError, ServerRefusedError, ServerUnreachableError
 from app.domain.errors import InvalidInputError
 from app.domain.run.run import Run
@@ -124,3 +124,19 @@ async def test_an_id_does_not_lead_to_another_resource(run_id: str) -> None:
         with pytest.raises(InvalidInputError, match="ID"):
             await client.get(f"/runs/{run_id}")
     assert not asked.is_set()
+
+
+@pytest.mark.parametrize(
+    ("port", "certificate", "server"),
+    [
+        ("", "", "http://127.0.0.1:8080"),
+        ("8090", "", "http://127.0.0.1:8090"),
+        ("", "/etc/waydrop/chain.pem", "https://127.0.0.1:8080"),
+    ],
+)
+def test_commands_ask_the_service_of_this_machine_as_it_is_configured(
+    monkeypatch: pytest.MonkeyPatch, port: str, certificate: str, server: str
+) -> None:
+    monkeypatch.setenv("WAYDROP_PORT", port)
+    monkeypatch.setenv("WAYDROP_TLS_CERT", certificate)
+    assert default_server() == server
