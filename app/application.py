@@ -103,7 +103,16 @@ async def serve(
     for variable, meant in misspelt_settings().items():
         log.warning("a variable or secret file is no setting and has no effect", name=variable, did_you_mean=meant)
     sys.setswitchinterval(SWITCH_S)
-    async with (start or running)(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
+    async with _stop_signal() as stop, AsyncExitStack() as stack:
+        try:
+            url = await stack.enter_async_context((start or running)(settings))
+        except asyncio.CancelledError:
+            if not stop.ends_start():
+                raise
+            log.info("Waydrop stops before it has started")
+            return
+        stop.started()
+        await stack.enter_async_context(hang_watch(settings.hang_exit_s))
         gc.freeze()  # everything created so far lives until the end: scanning it repeatedly would block the loop
         log.info("waydrop serves", url=url, version=__version__)
         on_ready(url)
@@ -418,10 +427,34 @@ async def _record(journal: Journal, payload: ServiceStarted | ServiceStopped) ->
         await journal.record(journal.new_event(payload))
 
 
+class _Stop:
+    """SIGINT or SIGTERM: they end the start, if it goes on, or the service."""
+
+    def __init__(self) -> None:
+        self._starting: asyncio.Task[None] | None = asyncio.current_task()
+        self._came = asyncio.Event()
+
+    def set(self) -> None:
+        if self._starting is not None and not self._came.is_set():
+            self._starting.cancel()
+        self._came.set()
+
+    def started(self) -> None:
+        """From now on a signal cancels nothing."""
+        self._starting = None
+
+    def ends_start(self) -> bool:
+        """Whether the start was cancelled by a signal, and by nothing else."""
+        return self._starting is not None and self._came.is_set() and self._starting.uncancel() == 0
+
+    async def wait(self) -> None:
+        await self._came.wait()
+
+
 @asynccontextmanager
-async def _stop_signal() -> AsyncIterator[asyncio.Event]:
-    """Set by SIGINT or SIGTERM."""
-    stop, loop = asyncio.Event(), asyncio.get_running_loop()
+async def _stop_signal() -> AsyncIterator[_Stop]:
+    """What SIGINT and SIGTERM set, from before the start until all is closed: nothing else ends a container's PID 1."""
+    stop, loop = _Stop(), asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop.set)
     try:

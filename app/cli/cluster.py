@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from app.cli.loading import loaded_for_good
+from app.cli.loading import end_at_sigterm, loaded_for_good
 from app.cli.serve import ConnectionOption, DataDirOption, HostOption, PortOption
 from app.config import Settings, SettingsError, load_settings
 from app.data_folder import PRIVATE_UMASK
@@ -35,6 +35,7 @@ def api(host: HostOption = None, port: PortOption = None, data_dir: DataDirOptio
 
 
 def _serve(settings: Settings, part: Literal["gateway", "api"]) -> None:
+    end_at_sigterm()
     configure_logs(settings)
     os.umask(PRIVATE_UMASK)
     try:

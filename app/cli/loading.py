@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -20,3 +21,8 @@ def loaded_for_good() -> Iterator[None]:
     finally:
         gc.freeze()
         gc.enable()
+
+
+def end_at_sigterm() -> None:
+    """Until the service takes signals itself: the kernel ignores SIGTERM for a container's first process otherwise."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)

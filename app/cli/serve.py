@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli.loading import loaded_for_good
+from app.cli.loading import end_at_sigterm, loaded_for_good
 from app.config import load_settings
 from app.data_folder import PRIVATE_UMASK
 from app.logs import configure_logs
@@ -34,6 +34,7 @@ def serve(
     data_dir: DataDirOption = None,
 ) -> None:
     """Start Waydrop, configured by options and WAYDROP_* variables. Ctrl-C stops it; vehicles fly on."""
+    end_at_sigterm()
     settings = load_settings(
         connections=tuple(connection) if connection else None, host=host, port=port, data_dir=data_dir
     )
