@@ -75,3 +75,13 @@ def test_the_token_is_a_file_that_the_settings_read() -> None:
 
 def test_it_is_published_on_this_machine_alone() -> None:
     assert all(port.startswith("127.0.0.1:") for service in SERVICES.values() for port in service.get("ports", ()))
+
+
+def test_settings_of_the_env_file_reach_every_service_that_reads_settings() -> None:
+    readers = [service for name, service in SERVICES.items() if name.startswith(("waydrop", "gateway", "api"))]
+    assert len(readers) == 5
+    for service in readers:
+        assert service["env_file"] == [{"path": ".env", "required": False}]
+        # the service's own entries go before the file: what a user may want to set must not be among them
+        fixed = {"CONNECTIONS", "NATS_SERVERS", "GATEWAY_URL", "POSTGRES_URL", "SECRET_KEY_FILE"}
+        assert {name.removeprefix("WAYDROP_") for name in service["environment"]} <= fixed
