@@ -44,14 +44,27 @@ _MEANING: Final[dict[str, tuple[str, str]]] = {
 _OF_ONE_CALL: Final = ("SQLITE_CONSTRAINT", "SQLITE_TOOBIG", "SQLITE_MISMATCH", "SQLITE_ERROR")
 """What the data of a call may cause. The other errors are the file's."""
 
+SHARED_MEMORY_BYTES: Final = 64 * 1024
+"""What SQLite needs beside the file of a journal to open it."""
+
 
 def storage_error(error: sqlite3.Error | BaseException | None, path: Path) -> StorageError:
     """The StorageError for an error of SQLite; `extra["sqlite"]` is SQLite's name for it, such as SQLITE_FULL."""
     name = str(getattr(error, "sqlite_errorname", "") or "SQLITE_ERROR")
     primary = "_".join(name.split("_")[:2])
+    if primary == "SQLITE_IOERR" and _is_full(path.parent):
+        primary = "SQLITE_FULL"  # so it says if there is no room for the shared memory of a journal
     meaning, hint = _MEANING.get(primary, ("the database refused", ""))
     kind = RecordRefusedError if primary in _OF_ONE_CALL else StorageError
     return kind(f"journal {path}: {meaning} ({error})", hint=hint, sqlite=name)
+
+
+def _is_full(folder: Path) -> bool:
+    try:
+        found = os.statvfs(folder)
+    except OSError:
+        return False
+    return found.f_bavail * found.f_frsize < SHARED_MEMORY_BYTES
 
 
 @contextmanager
@@ -115,8 +128,20 @@ def _take(handle: int, journal: Path) -> None:
             hint="stop it first, or use another journal",
             process=holder,
         ) from error
-    os.ftruncate(handle, 0)
-    os.pwrite(handle, f"{os.getpid()}\n".encode("ascii"), 0)
+    except OSError as error:
+        raise _no_lock(journal, error) from error
+    try:
+        os.ftruncate(handle, 0)
+        os.pwrite(handle, f"{os.getpid()}\n".encode("ascii"), 0)
+    except OSError as error:
+        raise _no_lock(journal, error) from error
+
+
+def _no_lock(journal: Path, error: OSError) -> StorageError:
+    return StorageError(
+        f"journal {journal}: its lock file cannot be written or locked: {error.strerror or error}",
+        hint="free space on the volume of the journal, if it is full; a network file system needs flock",
+    )
 
 
 M = TypeVar("M", bound=BaseModel)

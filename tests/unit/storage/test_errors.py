@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from pathlib import Path
 
@@ -48,3 +49,15 @@ def test_an_error_that_is_not_known_is_still_a_storage_error_with_its_text() -> 
 def test_other_errors_pass_unchanged() -> None:
     with pytest.raises(KeyError), storage_errors(PATH):
         raise KeyError
+
+
+@pytest.mark.parametrize(("blocks", "words"), [(0, "the disk is full"), (1_000_000, "failed to read or write")])
+def test_an_error_of_reading_on_a_full_disk_is_told_as_the_full_disk(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, blocks: int, words: str
+) -> None:
+    found = os.statvfs(tmp_path)
+    room = os.statvfs_result((*found[:4], blocks, *found[5:]))
+    monkeypatch.setattr(os, "statvfs", lambda folder: room if folder == tmp_path else found)
+    # SQLite cannot make the shared memory beside an existing journal, and calls that an input/output error
+    with pytest.raises(StorageError, match=words), storage_errors(tmp_path / "journal.db"):
+        raise sqlite_error("SQLITE_IOERR_SHMSIZE")

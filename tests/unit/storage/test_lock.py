@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -100,4 +101,19 @@ def test_the_folder_is_made(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_made_is_a_storage_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(StorageError, match="folder"), exclusive_lock(tmp_path / "file" / "journal.db"):
+        pass
+
+
+def test_a_lock_file_on_a_full_disk_is_a_storage_error_that_says_so(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "pwrite", full)
+        with pytest.raises(StorageError, match="No space left") as caught, exclusive_lock(tmp_path / "journal.db"):
+            pass
+    assert "free space" in caught.value.hint
+    with exclusive_lock(tmp_path / "journal.db"):
         pass
