@@ -85,3 +85,9 @@ def test_settings_of_the_env_file_reach_every_service_that_reads_settings() -> N
         # the service's own entries go before the file: what a user may want to set must not be among them
         fixed = {"CONNECTIONS", "NATS_SERVERS", "GATEWAY_URL", "POSTGRES_URL", "SECRET_KEY_FILE"}
         assert {name.removeprefix("WAYDROP_") for name in service["environment"]} <= fixed
+
+
+def test_nats_takes_large_plans() -> None:
+    (config,) = SERVICES["nats"]["configs"]
+    assert SERVICES["nats"]["command"][-2:] == ["-c", config["target"]]
+    assert COMPOSE["configs"][config["source"]]["content"] == "max_payload: 8MB"
