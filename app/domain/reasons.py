@@ -181,6 +181,10 @@ class ReasonCode(StrEnum):
     )
     DROP_REFUSED = "drop.refused", "the vehicle rejected the release: {result}"
     DROP_BUT_RELEASED = "drop.but_released", "{cause}; but the gripper output moved to release"
+    DROP_GRIPPER_BY_TASK = (
+        "drop.gripper_by_task",
+        "a task of offboard control used the gripper before the drop; {cause}",
+    )
     DROP_STILL_AT_GRAB = "drop.still_at_grab", "{cause}; the gripper output is still at grab"
     DROP_OPEN_BEFORE_COMMAND = "drop.open_before_command", "the gripper was open before the release was commanded"
     DROP_HOLD_NOT_SEEN = "drop.hold_not_seen", "the mission passed the drop, and no hold was observed"

@@ -173,7 +173,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             commands=VehicleCommands(fleet, journal),
             links=VehicleLinks(NoGuards(), fleet, journal),
             offboard=offboard,
-            tasks=Tasks(offboard, fleet, clock),
+            tasks=Tasks(offboard, fleet, runs, clock),
             simulation=Simulation(None, fleet, runs, journal),
             webhooks=Webhooks(storage.webhooks, storage.plans, journal, sender, clock, "gw-1"),
             answers=storage.answers,

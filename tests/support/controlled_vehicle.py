@@ -48,6 +48,9 @@ class ScriptedRuns:
         self.asked.append("resume")
         self.vehicle.put(mode=FlightMode.MISSION)
 
+    async def use_gripper(self, run_id: str) -> None:
+        self.asked.append("gripper")
+
     async def return_to_launch(self, run_id: str) -> None:
         self.asked.append("return")
         await self.vehicle.return_to_launch()
@@ -151,7 +154,7 @@ async def controlled_vehicle(
     if run is not None:
         fleet.vehicle("v1").own(run.id)
     offboard = Offboard(fleet, runs, clock, settings)  # type: ignore[arg-type]
-    control, tasks = offboard.vehicle("v1"), Tasks(offboard, fleet, clock).vehicle("v1")
+    control, tasks = offboard.vehicle("v1"), Tasks(offboard, fleet, runs, clock).vehicle("v1")
     try:
         yield ControlledVehicle(vehicle, clock, runs, fleet, events, control, tasks, journal)
     finally:

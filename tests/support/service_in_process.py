@@ -191,7 +191,7 @@ def _services(
         commands=VehicleCommands(fleet, journal),
         links=links,
         offboard=offboard,
-        tasks=Tasks(offboard, fleet, clock),
+        tasks=Tasks(offboard, fleet, runs, clock),
         simulation=Simulation(None, fleet, runs, journal),
         webhooks=webhooks,
         answers=storage.answers,

@@ -7,7 +7,7 @@ from typing import Final
 
 from app.domain.drop.consent import ConsentRecord
 from app.domain.model import FrozenForm
-from app.domain.reasons import Reason
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.targets import TargetEvidence
 from app.domain.vehicle.commands import MavResultName
 from app.domain.vehicle.state import GnssFix, LandedState, Picture, VehicleState
@@ -57,6 +57,18 @@ class DropPhase(StrEnum):
     DONE = "done"
 
 
+class GripperUse(StrEnum):
+    """Who used the gripper in flight besides the drop and the mission: nothing shows what the drop released then."""
+
+    TASK = "task"
+    OTHERS = "others"
+
+    def doubt(self, otherwise: Reason) -> Reason:
+        """Why the outcome is unknown; `otherwise`: how the drop would have ended."""
+        is_task = self is GripperUse.TASK
+        return Reason.of(ReasonCode.DROP_GRIPPER_BY_TASK if is_task else ReasonCode.ITEM_STRAYED, otherwise)
+
+
 class DropRecord(FrozenForm):
     """The evidence of one drop. Times are in Unix seconds; offsets are metres from the planned point.
 
@@ -69,6 +81,9 @@ class DropRecord(FrozenForm):
     output, even before the release if no evidence is possible; None for a winch, and while undecided.
 
     `pictures` are those taken closest to the drop.
+
+    `gripper_used_by`: before the drop, a task of offboard control was about to use the gripper, or its output was seen
+    at release where the mission does not release. The drop can only end as `unknown` then.
 
     `consent` is None if the plan does not request it; `target` is None without a moving target or a report of it.
     `alternate_to` is the failed drop of which this one is the alternate. Such a record exists only after the vehicle
@@ -91,6 +106,7 @@ class DropRecord(FrozenForm):
     output_us: int | None = None
     output_evidence: OutputEvidence | None = None
     sensed_at: float | None = None
+    gripper_used_by: GripperUse | None = None
     planned_latitude_deg: float | None = None
     planned_longitude_deg: float | None = None
     latitude_deg: float | None = None

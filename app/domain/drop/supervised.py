@@ -75,6 +75,8 @@ def finish(
     drop: DropMachine, outcome: DropOutcome, certainty: Certainty, reason: Reason
 ) -> tuple[DropMachine, tuple[Finish]]:
     """End the drop. The mission continues without a command."""
+    if drop.used_by is not None:
+        outcome, certainty, reason = DropOutcome.UNKNOWN, Certainty.NONE, drop.used_by.doubt(reason)
     consent = drop.consent.withdrawn(at_end=True)
     return replace(drop, phase=DropPhase.DONE, in_flight=None, consent=consent), (Finish(outcome, certainty, reason),)
 
@@ -90,7 +92,7 @@ def finish_and_resume(
     drop, finished = finish(drop, outcome, certainty, reason)
     if seen is None or not still_waits(drop, seen, drop.terms.resume_s):
         return drop, finished
-    if drop.terms.alternate_seq is not None and outcome is DropOutcome.KEPT and not drop.unsure:
+    if drop.terms.alternate_seq is not None and finished[0].outcome is DropOutcome.KEPT and not drop.unsure:
         return drop, (*finished, Divert(drop.terms.alternate_seq))
     return drop, (*finished, Resume(drop.terms.resume_seq))
 
@@ -148,7 +150,7 @@ def _observed(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Ef
     if drop.last_seen is None and drop.attempts:  # recovered: a release may have been sent moments ago
         accepted_at_s = None if drop.accepted_at_s is None else seen.now_s  # the output has its time anew
         drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s, accepted_at_s=accepted_at_s)
-    hold = drop.hold.observed(seen, drop.terms)
+    hold, drop = drop.hold.observed(seen, drop.terms), drop.watched(seen)
     drop = replace(drop, hold=hold, approached=approached, opened=opened, last_seen=seen)
     drop = _with_consent(_with_calm(drop, seen), seen)
     if drop.accepted_at_s is not None:

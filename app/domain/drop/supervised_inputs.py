@@ -174,6 +174,10 @@ class OtherGripperItems:
     grabs: frozenset[int] = frozenset()
     returns: bool = False
 
+    def grabs_before(self, hold_seq: int, at: int) -> bool:
+        """Whether the mission closes the gripper between the item where it is and the drop."""
+        return any(at <= seq < hold_seq for seq in self.grabs)
+
 
 @dataclass(frozen=True, slots=True)
 class DropTerms:

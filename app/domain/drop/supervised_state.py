@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from app.domain.drop.consent import SHORTEST_QUESTION_S, ConsentState
-from app.domain.drop.record import DropPhase
+from app.domain.drop.record import DropPhase, GripperUse
 from app.domain.drop.supervised_inputs import (
     GRIPPER_CLOSED_US,
     GRIPPER_OPEN_US,
@@ -18,7 +18,7 @@ from app.domain.drop.supervised_inputs import (
     output_of,
 )
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.vehicle.state import WITHOUT_FIX, FlightMode, LandedState
+from app.domain.vehicle.state import AIRBORNE, WITHOUT_FIX, FlightMode, LandedState
 
 # Conditions of a release, checked again before each attempt.
 
@@ -122,6 +122,21 @@ def may_have_come(items: frozenset[int], seen: DropObservation, terms: DropTerms
     return any(max(terms.hold_seqs) < seq <= at for seq in items)
 
 
+def is_loaded(seen: DropObservation, terms: DropTerms) -> bool:
+    """Whether it flies, and the mission has not opened the gripper, nor closes it before this drop."""
+    others, at = terms.others, seen.mission_seq
+    if not seen.connected or seen.armed is not True or seen.landed not in AIRBORNE:
+        return False
+    if not (others.releases or others.grabs) or not seen.mission_is_ours:
+        return True
+    if at is None or others.returns:
+        return False
+    had = [seq for seq in others.releases | others.grabs if seq <= at]
+    return not (had and max(had) in others.releases) and not others.grabs_before(min(terms.hold_seqs), at)
+
+
+LOADED_S: Final = 1.0
+"""How long after a grab of the mission the output has certainly moved."""
 ANSWER_S: Final = 1.0
 """Time between the last moment for an answer and the command, to store the answer and repeat all checks."""
 
@@ -199,10 +214,11 @@ class DropMachine:
     observed before or at the hold, so that a stale index of an earlier flight does not count as passed. `accepted_at_s`
     is set while the output is observed after an ACCEPTED. `settles_at_s`: after a restart, when the output has had time
     to move for a release that had just been sent. `lost_sight`: the vehicle was not observed all the time since a
-    release may have been sent.
+    release may have been sent. `loaded_since_s`: see is_loaded. `used_by`: see DropRecord.
 
     Laws (tests/unit/domain/drop/test_supervised_laws.py): no release is sent unless every check passes at that moment;
-    none after an ACCEPTED; one at a time; one Finish; never `kept` while unsure; never `released` without evidence; if
+    none after an ACCEPTED; one at a time; one Finish; never `kept` while unsure; only `unknown` once others used the
+    gripper; never `released` without evidence; if
     consent is required, no release without a grant given in the same hold.
     """
 
@@ -222,6 +238,8 @@ class DropMachine:
     retry_at_s: float = 0.0
     settles_at_s: float = 0.0
     lost_sight: bool = False
+    loaded_since_s: float | None = None
+    used_by: GripperUse | None = None
     last_seen: DropObservation | None = None
 
     @property
@@ -241,6 +259,16 @@ class DropMachine:
             return None
         return output
 
+    def watched(self, seen: DropObservation) -> DropMachine:
+        """Return the state with who opened the gripper of the loaded vehicle, before any command of this drop."""
+        if not is_loaded(seen, self.terms) or self.attempts:
+            return replace(self, loaded_since_s=None)
+        since_s = seen.now_s if self.loaded_since_s is None else self.loaded_since_s
+        is_open = output_of(seen) == GRIPPER_OPEN_US and not is_holding(seen, self.terms)
+        is_new = seen.now_s - (seen.gripper_output_age_s or 0.0) > since_s + LOADED_S
+        used_by = self.used_by or (GripperUse.OTHERS if is_open and is_new else None)
+        return replace(self, loaded_since_s=since_s, used_by=used_by)
+
     def may_send(self, seen: DropObservation) -> bool:
         """Whether the release that is about to go out is still right at this very moment."""
         right = self.consent.is_open and reason_against(seen, self.terms, self.hold) is None
@@ -252,7 +280,14 @@ class DropMachine:
 
     @classmethod
     def recovered(
-        cls, terms: DropTerms, attempts: int, *, opened: bool = False, questions: int = 0, accepted: bool = False
+        cls,
+        terms: DropTerms,
+        attempts: int,
+        *,
+        opened: bool = False,
+        questions: int = 0,
+        accepted: bool = False,
+        used_by: GripperUse | None = None,
     ) -> DropMachine:
         """The machine at first (no `attempts`, no `questions` were), or after a restart of ours.
 
@@ -262,7 +297,7 @@ class DropMachine:
         """
         consent = ConsentGate(ConsentState.PENDING, questions) if terms.needs_consent else ConsentGate()
         if attempts == 0:
-            return cls(terms, consent=consent)
+            return cls(terms, consent=consent, used_by=used_by)
         return cls(
             replace(terms, max_attempts=attempts),
             phase=DropPhase.RELEASING,
@@ -272,4 +307,5 @@ class DropMachine:
             unsure=True,
             opened=opened,
             accepted_at_s=0.0 if accepted else None,
+            used_by=used_by,
         )

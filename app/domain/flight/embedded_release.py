@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from app.domain.drop.embedded import EmbeddedDrop, EmbeddedObservation
-from app.domain.drop.record import DropPhase, DropRecord
+from app.domain.drop.record import DropPhase, DropRecord, GripperUse
 from app.domain.drop.supervised_inputs import GRIPPER_OPEN_US, Finish
 from app.domain.flight.progress import GripperTurns, MissionProgress
 from app.domain.flight.snapshot import (
@@ -22,7 +22,7 @@ from app.domain.flight.snapshot import (
 )
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.vehicle.state import VehicleState
+from app.domain.vehicle.state import AIRBORNE, FlightMode, VehicleState
 
 SURELY_SEEN_S: Final = 1.2
 """Delay until an item is observed as passed, in vehicle time: MISSION_CURRENT is sent at 1 Hz."""
@@ -68,7 +68,9 @@ class EmbeddedRelease:
             return self, ()
         state = seen.state
         has_gripper = self.compiled.command is MavCmd.DO_GRIPPER
-        at_item = self.gripper.is_at_item(progress) and not seen.carries_other
+        in_mission = state.mode in (FlightMode.MISSION, None) and not seen.carries_other
+        at_item = self.gripper.is_at_item(progress) and in_mission
+        flies = state.armed is True and state.landed in AIRBORNE
         drop = self.drop.saw(
             EmbeddedObservation(
                 now_s=seen.now_s,
@@ -79,13 +81,15 @@ class EmbeddedRelease:
                 output_age_s=state.gripper_output_age_s if has_gripper else None,
                 at_item=at_item,
                 earlier_passed=self.gripper.has_earlier_passed(progress),
+                is_loaded=flies and (seen.carries_other or self.gripper.is_loaded(progress)),
                 regrabbed=self.gripper.is_regrabbed(progress),
                 reopened=self.gripper.is_reopened(progress),
                 has_output=state.has_gripper_output if has_gripper else None,
                 has_gripper=has_gripper,
             )
         )
-        record = with_output(self.record, self.compiled, state)
+        record = self.record.model_copy(update={"gripper_used_by": drop.used_by})
+        record = with_output(record, self.compiled, state)
         opens = has_gripper and state.gripper_output_newest_us == GRIPPER_OPEN_US
         is_its_own = drop.was_closed and at_item
         after = replace(self, drop=drop, state=state, record=record)._placed(seen, has_sign=opens and is_its_own)
@@ -94,6 +98,13 @@ class EmbeddedRelease:
         after = after._finished(seen, drop.finish, has_gripper=has_gripper)
         failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, seen)
         return after, (failure,) if failure else ()
+
+    def gripper_used(self, by: GripperUse, progress: MissionProgress) -> EmbeddedRelease:
+        """See SupervisedRelease."""
+        if self.gripper.is_reloaded(progress) or self.compiled.command is not MavCmd.DO_GRIPPER:
+            return self
+        record = self.record.model_copy(update={"gripper_used_by": by})
+        return replace(self, drop=replace(self.drop, used_by=by), record=record)
 
     def left_unseen(self, *, was_away: bool) -> EmbeddedRelease:
         """The flight, or its mission, ends unobserved: after a gap (`was_away`), or before its last item is told."""

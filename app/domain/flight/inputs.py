@@ -235,6 +235,13 @@ class ReleaseNotSent:
 
 
 @dataclass(frozen=True, slots=True)
+class GripperUsed:
+    """A task of offboard control is about to use the gripper."""
+
+    observed: Observation
+
+
+@dataclass(frozen=True, slots=True)
 class ConsentAnswered:
     """An operator answers the consent request of a drop."""
 
@@ -317,6 +324,7 @@ FlightInput = (
     | ReleaseAcknowledged
     | ReleaseUnanswered
     | ReleaseNotSent
+    | GripperUsed
     | ConsentAnswered
     | TargetNotFollowed
     | ChangeBegun

@@ -9,7 +9,7 @@ from typing import Final
 from app.domain.flight.landing import RETURNS
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import HOLDS, RunAction, RunState
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
+from app.domain.vehicle.state import AIRBORNE, FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
 DRIVES_M_S = 1.0
@@ -349,8 +349,8 @@ def is_offboard_reason(reason: Reason | None) -> bool:
 
 
 def is_airborne(state: VehicleState) -> bool:
-    """Whether it left the ground. A rover counts when it reports so, 0.6 s after arming (recording 25)."""
-    return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
+    """Whether it left the ground. A rover counts when it reports so."""
+    return state.landed in AIRBORNE
 
 
 def stands_disarmed(state: VehicleState) -> bool:

@@ -164,13 +164,15 @@ class GripperTurns:
     """The position of an embedded drop among the gripper items of the mission, as sequence numbers.
 
     `approach_seq` is the first item of its approach, `settled_seq` the last of its own items, `earlier_seq` the last
-    release before it (-1: none), `grab_seq` and `next_seq` the first grab and the first release after it (None: none).
+    release before it and `loaded_seq` the last grab (-1: none), `grab_seq` and `next_seq` the first grab and the first
+    release after it (None: none).
     """
 
     approach_seq: int
     release_seq: int
     settled_seq: int
     earlier_seq: int = -1
+    loaded_seq: int = -1
     grab_seq: int | None = None
     next_seq: int | None = None
 
@@ -184,6 +186,7 @@ class GripperTurns:
             release_seq=own,
             settled_seq=max(own, drop.resume_seq - 1),
             earlier_seq=max((seq for seq in releases if seq < own), default=-1),
+            loaded_seq=max((seq for seq in grabs if seq < own), default=-1),
             grab_seq=min((seq for seq in grabs if seq > own), default=None),
             next_seq=min((seq for seq in releases if seq > own), default=None),
         )
@@ -203,6 +206,15 @@ class GripperTurns:
     def has_earlier_passed(self, progress: MissionProgress) -> bool:
         """Whether all releases before this one are passed."""
         return progress.passed_to >= self.earlier_seq
+
+    def is_loaded(self, progress: MissionProgress) -> bool:
+        """Whether the last thing that the mission does with the gripper before the drop is a grab, and is done."""
+        is_closed = self.loaded_seq > self.earlier_seq or self.earlier_seq < 0
+        return is_closed and self.has_earlier_passed(progress) and progress.passed_to >= self.loaded_seq
+
+    def is_reloaded(self, progress: MissionProgress) -> bool:
+        """Whether the mission grabs between the item where it is and the drop."""
+        return progress.current is not None and progress.current < self.loaded_seq
 
     def is_regrabbed(self, progress: MissionProgress) -> bool:
         """Whether a later grab is current or passed."""

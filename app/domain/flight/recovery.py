@@ -40,12 +40,14 @@ def closed(drop: DropRecord, reason: Reason, *, took_off: bool, is_told: bool = 
     """Return a drop as it is at the end of its run; a drop that has ended is not changed.
 
     A supervised drop that was never commanded is kept, if every command is told; an embedded one may have happened
-    unobserved. A drop whose output was observed at release is never kept.
+    unobserved. A drop whose gripper others used is unknown, and one whose output was observed at release is never kept.
     """
     if drop.phase is DropPhase.DONE:
         return drop
     outcome, certainty = DropOutcome.UNKNOWN, Certainty.NONE
-    if drop.output_us == GRIPPER_OPEN_US:
+    if drop.gripper_used_by is not None:
+        reason = drop.gripper_used_by.doubt(reason)
+    elif drop.output_us == GRIPPER_OPEN_US:
         if drop.commanded_at is not None:
             outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
             reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, reason)

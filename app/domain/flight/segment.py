@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from app.domain.drop.consent import ConsentRecord
+from app.domain.drop.embedded import EmbeddedDrop
 from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.flight.embedded_release import EmbeddedRelease
 from app.domain.flight.progress import GripperTurns
@@ -106,7 +107,8 @@ def segment_of(
         if not drop.supervised:
             turns = GripperTurns.of(drop, mission)
             since_s = math.inf if recovered else -math.inf
-            made.append(EmbeddedRelease(drop, record, on_failure, turns, since_s))
+            seen = EmbeddedDrop(used_by=record.gripper_used_by)
+            made.append(EmbeddedRelease(drop, record, on_failure, turns, since_s, seen))
             continue
         begun = None if drop.alternate is None else run.find_drop(drop.alternate.plan_item_id)
         if drop.alternate is not None and begun is None:
@@ -131,15 +133,22 @@ def drops_after_change(records: Sequence[DropRecord], mission: Mission) -> tuple
     """The records after a change: those of the mission's drops are fresh, the others stay as they ended.
 
     A parcel that was kept may be tried again. The count of consent requests continues, so that old answers stay void.
+    Who used the gripper counts on, except for what the changed mission grabs itself.
     """
+    used_by = {record.plan_item_id: record.gripper_used_by for record in records}
+    anybody = next(filter(None, used_by.values()), None)
     ahead = {drop.plan_item_id: drop for drop in mission.drops}
     concluded = concluded_drops(records)
+
+    def fresh(drop: CompiledDrop, old: DropRecord | None = None) -> DropRecord:
+        by = None if GripperTurns.of(drop, mission).loaded_seq >= 0 else used_by.get(drop.plan_item_id, anybody)
+        return _fresh(drop, old).model_copy(update={"gripper_used_by": by})
+
     found = [
-        _fresh(ahead.pop(old.plan_item_id), old) if old.plan_item_id in ahead.keys() - concluded else old
+        fresh(ahead.pop(old.plan_item_id), old) if old.plan_item_id in ahead.keys() - concluded else old
         for old in records
     ]
-    recorded = {old.plan_item_id for old in records}
-    return (*found, *(_fresh(drop) for item_id, drop in ahead.items() if item_id not in recorded))
+    return (*found, *(fresh(drop) for item_id, drop in ahead.items() if item_id not in used_by))
 
 
 def fields_after_change(run: Run, change: PlanChange, mission: Mission) -> dict[str, object]:

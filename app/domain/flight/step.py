@@ -7,6 +7,7 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any, Final
 
+from app.domain.drop.record import DropOutcome, GripperUse
 from app.domain.events.run import RunChanged, RunTargetNotFollowed
 from app.domain.flight import inputs
 from app.domain.flight.change import (
@@ -233,6 +234,14 @@ def _release_not_sent(flight: Flight, given: inputs.ReleaseNotSent) -> Flight:
     return _answer(flight, given, lambda drop: drop.withheld(given.attempt, snapshot))
 
 
+def _gripper_used(flight: Flight, given: inputs.GripperUsed) -> Flight:
+    """A parcel that was kept counts too: a changed plan may try it again."""
+    for release in flight.segment.releases:
+        if not release.is_over or release.record.outcome is DropOutcome.KEPT:
+            flight = flight.with_release(given.observed, release.gripper_used(GripperUse.TASK, flight.progress))
+    return flight
+
+
 def _consent_answered(flight: Flight, given: inputs.ConsentAnswered) -> Flight:
     release = flight.segment.find(given.plan_item_id)
     if not isinstance(release, SupervisedRelease):
@@ -434,6 +443,7 @@ _STEPS: Final[dict[type[FlightInput], Callable[[Flight, Any], Flight]]] = {
     inputs.ReleaseAcknowledged: _release_acknowledged,
     inputs.ReleaseUnanswered: _release_unanswered,
     inputs.ReleaseNotSent: _release_not_sent,
+    inputs.GripperUsed: _gripper_used,
     inputs.ConsentAnswered: _consent_answered,
     inputs.TargetNotFollowed: _target_not_followed,
     inputs.ChangeBegun: change_begun,

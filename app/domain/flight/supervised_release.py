@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from app.domain.drop.consent import Answer, ConsentChecks, ConsentRecord, ConsentState
-from app.domain.drop.record import DropPhase, DropRecord
+from app.domain.drop.record import DropPhase, DropRecord, GripperUse
 from app.domain.drop.supervised import step
 from app.domain.drop.supervised_inputs import (
     GRIPPER_OPEN_US,
@@ -127,7 +127,14 @@ class SupervisedRelease:
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
         accepted = record.acknowledged_result is MavResult.ACCEPTED and not link_was_open
-        machine = DropMachine.recovered(terms, record.attempts, opened=opened, questions=questions, accepted=accepted)
+        machine = DropMachine.recovered(
+            terms,
+            record.attempts,
+            opened=opened,
+            questions=questions,
+            accepted=accepted,
+            used_by=record.gripper_used_by,
+        )
         waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
         if record.consent is not None and record.attempts == 0 and record.phase is not DropPhase.DONE:
             record = record.model_copy(update={"consent": withdrawn(record.consent, RESTARTED)})
@@ -217,6 +224,16 @@ class SupervisedRelease:
         drop = self._recorded({"attempts": 0, "commanded_at": None}) if none_was_sent else self
         return drop._step(ReleaseWithheld(seen.now_s, attempt), seen)
 
+    def gripper_used(self, by: GripperUse, progress: MissionProgress) -> SupervisedRelease:
+        """Somebody is about to use the gripper. What the mission grabs before this drop, it carries all the same."""
+        others, at = self.machine.terms.others, progress.current
+        is_reloaded = (
+            at is not None and not others.returns and others.grabs_before(min(self.compiled.hold_seqs), at + 1)
+        )
+        if is_reloaded or self.compiled.command is not MavCmd.DO_GRIPPER:
+            return self
+        return replace(self, machine=replace(self.machine, used_by=by))._recorded({"gripper_used_by": by})
+
     def silent(self, seen: VehicleSnapshot) -> SupervisedRelease:
         """The vehicle is silent: a consent request does not wait for it."""
         return self._step(ConsentUnanswered(seen.now_s), seen)[0]
@@ -258,6 +275,8 @@ class SupervisedRelease:
             return self, ()
         machine, effects = step(self.machine, given)
         drop = replace(self, machine=machine)
+        if machine.used_by is not self.machine.used_by:
+            drop = drop._recorded({"gripper_used_by": machine.used_by})
         if machine.phase is not self.machine.phase and machine.phase is not DropPhase.DONE:
             drop = drop._recorded({"phase": machine.phase})
         sends = [effect for effect in effects if isinstance(effect, SendRelease)]

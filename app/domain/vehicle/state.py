@@ -68,6 +68,10 @@ class LandedState(StrEnum):
     LANDING = "landing"
 
 
+AIRBORNE: Final = frozenset({LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING})
+"""A rover says so 0.6 s after arming (recording 25)."""
+
+
 class VtolState(StrEnum):
     """MAV_VTOL_STATE; MAV_VTOL_STATE_UNDEFINED, as of all that is no VTOL, is None."""
 

@@ -34,7 +34,7 @@ from app.services.runs.changing import MissionChanger
 from app.services.runs.commands import FlightCommandSender
 from app.services.runs.disarming import EndDisarming
 from app.services.runs.diversion import RallyChoice, RallyReturn
-from app.services.runs.monitor import Consents, FlightMonitor
+from app.services.runs.monitor import Consents, FlightMonitor, GripperUses
 from app.services.runs.prepare import Preparation
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
@@ -44,7 +44,6 @@ log = structlog.get_logger(__name__)
 WAITING_FACTS: Final = 1024
 LOOKED_AT_S: Final = AGREED_S + 1.0
 """A vehicle that says disarmed: maximum time until its messages agree, or it is commanded all the same."""
-HAS_LANDED: Final = "the vehicle has landed and is disarmed"
 
 
 class RunFlight:
@@ -66,7 +65,7 @@ class RunFlight:
         self._preparation = preparation
         self._monitor = monitor
         self.sender = sender
-        self.consents = Consents(monitor, recorder)
+        self.consents, self.gripper_uses = Consents(monitor, recorder), GripperUses(monitor, recorder)
         self.changer = changer
         self._disarming = disarming
         self._rally_return = RallyReturn(link, monitor)
@@ -265,7 +264,8 @@ class RunFlight:
         """Return or Land is no mode for a vehicle that has landed and disarmed. It ends as it would have without."""
         if not self._monitor.run.is_over:
             self._recorder.record(RunCommand(command=command, rally=rally))
-            self._recorder.record(RunAck(command=command, outcome=CommandOutcome.NOT_SENT, detail=HAS_LANDED))
+            why = "the vehicle has landed and is disarmed"
+            self._recorder.record(RunAck(command=command, outcome=CommandOutcome.NOT_SENT, detail=why))
 
     async def _has_landed(self) -> bool:
         """One message can be forged: a vehicle that seems to have landed is watched until its messages agree, and for

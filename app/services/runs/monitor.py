@@ -15,6 +15,7 @@ from app.domain.flight.inputs import (
     FlightCommand,
     FlightFact,
     FlightInput,
+    GripperUsed,
     Observation,
     Observed,
     RecordEvent,
@@ -110,6 +111,19 @@ class FlightMonitor:
             yield
         finally:
             self.feed(CommandPending(self.observation(), None))
+
+
+class GripperUses:
+    """Tells one flight who uses the gripper of its vehicle."""
+
+    def __init__(self, monitor: FlightMonitor, recorder: RunRecorder) -> None:
+        self._monitor = monitor
+        self._recorder = recorder
+
+    async def begin(self) -> None:
+        """A task of offboard control is about to use it; stored when this returns. Raises StorageError."""
+        self._monitor.feed(GripperUsed(self._monitor.observation()))
+        await self._recorder.flush()
 
 
 class Consents:

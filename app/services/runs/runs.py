@@ -298,6 +298,16 @@ class Runs:
             return without_flight(await self.get(run_id), plan_item_id, answer)
         return await flight.consents.answer(plan_item_id, answer, actor)
 
+    async def use_gripper(self, run_id: str) -> None:
+        """A task of offboard control is about to use the gripper of the run's vehicle: stored when this returns.
+
+        Raises NotFoundError, RunNotFollowedError, StorageError. A run that is over takes no note of it.
+        """
+        if (flight := self._flights.get(run_id)) is not None:
+            await flight.gripper_uses.begin()
+        elif not (run := await self.get(run_id)).is_over:
+            raise self._not_followed(run)
+
     async def _create(
         self,
         run_id: str,

@@ -21,6 +21,7 @@ from app.domain.reasons import Reason, ReasonCode
 from app.services.fleet import Fleet
 from app.services.journal import STORED_WITHIN_S
 from app.services.offboard.control import Destination, OffboardControl
+from app.services.runs import Runs
 from app.services.tasks.executors import STANDS_M_S, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
 from app.services.views import TaskReport, TaskState
 
@@ -55,7 +56,7 @@ class TaskFlight:
     The queue belongs to one lease, `lease_id`: what is left of it is dropped when that lease ends, however it ends.
     """
 
-    def __init__(self, control: OffboardControl, fleet: Fleet) -> None:
+    def __init__(self, control: OffboardControl, fleet: Fleet, runs: Runs) -> None:
         self.control = control
         self.queue = TaskQueue()
         self.phase = Phase.IDLE
@@ -66,6 +67,7 @@ class TaskFlight:
         self.seen: Reference | None = None
         self.changes = 0
         self._fleet = fleet
+        self._runs = runs
         self._executor: TaskExecutor | None = None
         self._ticked_s: float | None = None
         self._leaving: asyncio.Task[None] | None = None
@@ -323,13 +325,20 @@ class TaskFlight:
             self.record("dropped", dropped.current, why)
 
     async def _store_gripper(self, task_id: str, action: GripperAction) -> None:
-        """Raises StorageError; CommandExpiredError if it took so long that the vehicle may be elsewhere."""
-        began_s = time.monotonic()
+        """With the vehicle's run: none of its drops tells from now on what the gripper shows as its own.
+
+        Raises:
+            StorageError, RunNotFollowedError. CommandExpiredError: the vehicle may be elsewhere by now, or not ours.
+        """
+        began_s, vehicle = time.monotonic(), self.control.vehicle
         sent = TasksGripper(task_id=task_id, action=action, outcome="sent")
-        await self._fleet.store(self.control.vehicle, sent)
-        is_ours = self.phase is Phase.FLYING and self.control.state is OffboardState.ACTIVE
-        if not is_ours or time.monotonic() - began_s > STORED_WITHIN_S:
+        await self._fleet.store(vehicle, sent)
+        if vehicle.run_id is not None:
+            await self._runs.use_gripper(vehicle.run_id)
+        if time.monotonic() - began_s > STORED_WITHIN_S:
             raise CommandExpiredError("the command was not sent: its record was stored too late")
+        if self.phase is not Phase.FLYING or self.control.state is not OffboardState.ACTIVE:
+            raise CommandExpiredError("the command was not sent: the task no longer had the vehicle")
 
     def _record_gripper(
         self,

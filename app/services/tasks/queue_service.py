@@ -18,6 +18,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.offboard import Offboard
 from app.services.offboard.preflight import ControlContext
+from app.services.runs import Runs
 from app.services.tasks.flight import Phase, TaskFlight
 from app.services.views import ControlMethodName, OriginView, QueuedTaskView, TaskReport, TasksView
 
@@ -238,9 +239,10 @@ class TaskQueueService:
 class Tasks:
     """The registry."""
 
-    def __init__(self, offboard: Offboard, fleet: Fleet, clock: Clock) -> None:
+    def __init__(self, offboard: Offboard, fleet: Fleet, runs: Runs, clock: Clock) -> None:
         self._offboard = offboard
         self._fleet = fleet
+        self._runs = runs
         self._clock = clock
         self._services: dict[str, TaskQueueService] = {}
 
@@ -248,6 +250,6 @@ class Tasks:
         """The queue of one vehicle. Raises NotFoundError."""
         control = self._offboard.vehicle(vehicle_id)
         if vehicle_id not in self._services:
-            flight = TaskFlight(control, self._fleet)
+            flight = TaskFlight(control, self._fleet, self._runs)
             self._services[vehicle_id] = TaskQueueService(flight, self._clock)
         return self._services[vehicle_id]

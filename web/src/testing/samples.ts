@@ -118,6 +118,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     output_us: null,
     output_evidence: null,
     sensed_at: null,
+    gripper_used_by: null,
     pictures: [],
     target: null,
     planned_latitude_deg: null,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncGenerator, Sequence
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from app.domain.errors import ConflictError, LinkTimeoutError, StorageError
 from app.domain.events import Event, EventKind, NewEvent
 from app.domain.reasons import Reason, ReasonCode, describe
+from app.domain.run.run import Run, RunState
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
 from app.services.journal import STORED_WITHIN_S
 from tests.support.controlled_vehicle import controlled_vehicle
@@ -139,3 +141,51 @@ async def test_a_grab_is_a_grab() -> None:
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: "DO_GRIPPER 1" in quad.vehicle.sent, "it grabs")
         assert quad.vehicle.releases == []
+
+
+async def test_the_vehicles_run_is_told_before_anything_is_sent() -> None:
+    run = Run(id="r1", plan_id="p", plan_hash="h", vehicle_id="v1", created_at=1.0, updated_at=1.0)
+    async with controlled_vehicle(run=run.model_copy(update={"state": RunState.PAUSED})) as quad:
+        releases_then: list[int] = []
+
+        async def told(run_id: str) -> None:
+            assert run_id == "r1"
+            releases_then.append(len(quad.vehicle.releases))
+
+        quad.runs.use_gripper = told  # type: ignore[method-assign]
+        await flying(quad, "goto", gripper="release")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: len(quad.vehicle.releases) == 1, "it must be released")
+        assert releases_then == [0], "its drops cannot tell any more whose release it was"
+
+
+async def test_nothing_is_sent_that_the_run_cannot_store() -> None:
+    run = Run(id="r1", plan_id="p", plan_hash="h", vehicle_id="v1", created_at=1.0, updated_at=1.0)
+    async with controlled_vehicle(run=run.model_copy(update={"state": RunState.PAUSED})) as quad:
+
+        async def full(run_id: str) -> None:
+            raise StorageError("the disk is full")
+
+        quad.runs.use_gripper = full  # type: ignore[method-assign]
+        await flying(quad, "goto", gripper="release")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).state == "paused", "it must stand")
+        assert quad.vehicle.releases == []
+        assert [event["outcome"] for event in await quad.recorded("task.gripper")] == ["sent", "failed"]
+
+
+async def test_a_command_that_was_overtaken_while_it_was_stored_is_not_said_to_be_stored_too_late() -> None:
+    run = Run(id="r1", plan_id="p", plan_hash="h", vehicle_id="v1", created_at=1.0, updated_at=1.0)
+    async with controlled_vehicle(run=run.model_copy(update={"state": RunState.PAUSED})) as quad:
+
+        async def pauses_it(run_id: str) -> None:
+            quad.tasks.pause(quad.lease)
+
+        quad.runs.use_gripper = pauses_it  # type: ignore[method-assign]
+        await flying(quad, "goto", gripper="release")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).state == "paused", "it must stand")
+        await quad.ticks(2)
+        assert quad.vehicle.releases == []
+        *_, last = await quad.recorded("task.gripper")
+        assert "no longer had the vehicle" in describe(Reason.model_validate_json(json.dumps(last["reason"])))
