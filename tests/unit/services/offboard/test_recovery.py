@@ -5,7 +5,14 @@ from __future__ import annotations
 import pytest
 
 from app.domain.events import AnyPayload, Event, EventKind, NewEvent
-from app.domain.events.vehicle import OffboardChanged, OffboardLease, TaskChange, TasksChanged
+from app.domain.events.vehicle import (
+    GripperOutcome,
+    OffboardChanged,
+    OffboardLease,
+    TaskChange,
+    TasksChanged,
+    TasksGripper,
+)
 from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.offboard.tasks.forms import Circle, InsertMode, LocalPoint
 from app.domain.reasons import Reason, ReasonCode
@@ -89,6 +96,38 @@ def test_of_a_dropped_queue_only_its_first_task_is_named(last: Event, task_id: s
     (ended,) = endings([last], 9.0)
     assert isinstance(ended.data, TasksChanged)
     assert (ended.data.task_id, ended.data.task) == (task_id, CIRCLE if task_id else None)
+
+
+def gripper(outcome: GripperOutcome, reason: Reason | None = None, task_id: str = "t5") -> TasksGripper:
+    return TasksGripper(task_id=task_id, action="release", outcome=outcome, reason=reason)
+
+
+def test_a_gripper_command_without_an_outcome_is_unknown_and_names_the_task_that_was_flown() -> None:
+    dropped, ended = endings([queued("inserted", 2, 2, mode="append"), told(gripper("sent"))], 9.0)
+    assert ended.data == gripper("unknown", RESTARTED)
+    assert isinstance(dropped.data, TasksChanged)
+    assert (dropped.data.change, dropped.data.task_id, dropped.data.task) == ("dropped", "t5", CIRCLE)
+    dropped, _ = endings([queued("inserted", 2, 2, mode="append"), told(gripper("sent", task_id="t4"))], 9.0)
+    assert isinstance(dropped.data, TasksChanged)
+    assert (dropped.data.task_id, dropped.data.task) == ("t4", None), "of the last event is another task"
+
+
+@pytest.mark.parametrize("outcome", ["done", "failed", "unknown"])
+def test_a_gripper_command_with_an_outcome_keeps_it(outcome: GripperOutcome) -> None:
+    assert endings([told(gripper(outcome))], 9.0) == ()
+
+
+async def test_a_kill_right_after_a_gripper_command_leaves_it_unknown_once() -> None:
+    store, clock = MemoryEventStore(), SystemClock()
+    sent = [lease(LeaseChange.ACQUIRED), gripper("done", task_id="t1"), gripper("sent")]
+    await store.append([NewEvent.of(one, 1.0, vehicle_id="v1", run_id="r1") for one in sent])
+    for _ in range(2):
+        journal = Journal(store, clock)
+        await journal.start()
+        await recover_interrupted(journal, clock)
+        await journal.close()
+    told = [event.data for event in store.events if event.kind is EventKind.TASK_GRIPPER]
+    assert told == [gripper("done", task_id="t1"), gripper("sent"), gripper("unknown", RESTARTED)]
 
 
 async def test_a_restart_tells_the_ends_once() -> None:
