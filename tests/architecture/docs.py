@@ -11,6 +11,9 @@ HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
 FENCE = re.compile(r"^( *)```.*?^\1```", re.MULTILINE | re.DOTALL)
 CITED = re.compile(r"\bdocs/[\w./-]+\.(?:md|png|svg)\b")
 PLACED = re.compile(r"`(\w+)` in\s+`((?:app|web|tests)/[\w./-]+\.\w+)`")
+CODE = re.compile(
+    r"\b(?:fails?|failed|rejected|refused|answers|answered)\s+(?:\w+\s+)?with\s+(?:\d{3}\s+)?`([a-z_]+\.[a-z_.]+)`"
+)
 DECISION = re.compile(r"decisions/(\d{4})-([\w-]+)\.md$")
 EXTERNAL = re.compile(r"^[a-z]+:")
 
@@ -43,6 +46,17 @@ def dead_names(pages: Mapping[str, str], texts: Mapping[str, str]) -> list[str]:
         for path, text in pages.items()
         for name, file in PLACED.findall(text)
         if not re.search(rf"\b{name}\b", texts.get(file, ""))
+    ]
+
+
+def dead_codes(pages: Mapping[str, str], texts: Mapping[str, str]) -> list[str]:
+    """Codes with which something fails or is rejected on a page, and that no module of the service names."""
+    modules = "".join(text for path, text in texts.items() if path.startswith("app/"))
+    return [
+        f"{path}: {code} does not exist"
+        for path, text in pages.items()
+        for code in CODE.findall(text)
+        if f'"{code}"' not in modules
     ]
 
 

@@ -51,6 +51,16 @@ def test_a_name_that_is_not_in_its_file_is_found() -> None:
     assert docs.dead_names(pages, {"app/a.py": "ONE = 1"}) == ["a.md: app/a.py has no TWO"]
 
 
+def test_every_code_with_which_something_fails_exists() -> None:
+    held(docs.dead_codes(PAGES, TEXTS))
+
+
+def test_a_code_that_does_not_exist_is_found() -> None:
+    pages = {"a.md": "it fails with `a.b`, is rejected\nwith `a.c`, or refused with 409 `a.d`"}
+    found = docs.dead_codes(pages, {"app/a.py": 'code="a.b"'})
+    assert found == ["a.md: a.c does not exist", "a.md: a.d does not exist"]
+
+
 def test_a_decision_is_named_after_its_title() -> None:
     held(docs.misnamed_decisions(PAGES))
 
