@@ -19,8 +19,10 @@ AbsoluteAltitudeM = Annotated[
 ]
 YawDeg = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False, description="heading, clockwise from north")]
 Seconds = Annotated[float, Field(ge=0, le=86_400, allow_inf_nan=False)]
-SpeedMS = Annotated[float, Field(gt=0, le=150, allow_inf_nan=False, description="metres per second")]
-RadiusM = Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)]
+SpeedMS = Annotated[float, Field(ge=0.1, le=150, allow_inf_nan=False, description="metres per second")]
+"""No vehicle flies more slowly. A speed is divided by, and sent as float32, in which 1e-50 is 0."""
+SMALLEST_RADIUS_M: Final = 0.01
+RadiusM = Annotated[float, Field(ge=SMALLEST_RADIUS_M, le=10_000, allow_inf_nan=False)]
 SignedRadiusM = Annotated[
     float,
     Field(ge=-10_000, le=10_000, allow_inf_nan=False, description="positive clockwise, negative counterclockwise"),

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from app.domain.errors import PlanRejectedError
 from app.domain.items.base import YAW, CommandForm, Draft, Forms, Leg, Param, Predictor, T, or_nan, position_draft
-from app.domain.items.fields import Seconds, SignedRadiusM
+from app.domain.items.fields import SMALLEST_RADIUS_M, Seconds, SignedRadiusM
 from app.domain.items.waypoint import AirStop
 from app.domain.mission import MavCmd
 from app.domain.vehicle.state import VehicleType
@@ -61,7 +61,7 @@ class Loiter(AirStop):
                 raise PydanticCustomError(
                     "loiter_kind", "a loiter of this kind {verb} {name}", {"verb": verb, "name": name}
                 )
-        if self.radius_m == 0:
+        if self.radius_m is not None and abs(self.radius_m) < SMALLEST_RADIUS_M:
             raise PydanticCustomError("loiter_radius", "radius_m must not be 0; use null for the vehicle's own radius")
         return self
 
