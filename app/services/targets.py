@@ -39,7 +39,8 @@ class Targets:
 
         Raises:
             InvalidInputError: its time is in the future, so the clocks differ.
-            ConflictError: a newer one is known, or there are too many feeds.
+            ConflictError: a newer one is known, or there are too many feeds. One that is stale is none: the clocks may
+                have been set back since.
         """
         age_s = self.checked_age_s(feed, report)
         known = self._kept.get(feed)
@@ -57,7 +58,7 @@ class Targets:
                 hint="synchronize both clocks by NTP; time is the time of the measurement in Unix seconds",
             )
         known = self._kept.get(feed)
-        if known is not None and report.time < known.report.time:
+        if known is not None and report.time < known.report.time and not self.fix(feed).is_stale:
             raise ConflictError(
                 "a newer report of this target was already received", hint="send reports in chronological order"
             )

@@ -7,7 +7,7 @@ from structlog.testing import capture_logs
 
 from app.domain.cluster.errors import BusDownError
 from app.domain.errors import ConflictError, NotFoundError
-from app.domain.targets import TargetReport
+from app.domain.targets import STALE_S, TargetReport
 from app.services.remote.targets import LOG_EACH_S, TARGETS_SUBJECT, SharedReports, SharedTargets
 from app.services.targets import MOST_FEEDS, Targets
 from tests.support.memory_cluster import MemoryBus
@@ -42,6 +42,24 @@ async def test_a_report_that_this_node_refuses_is_not_told() -> None:
         with pytest.raises(ConflictError):
             await targets.accept("boat-0", EARLIER)
     assert told == []
+
+
+async def test_after_all_clocks_were_set_back_reports_count_once_the_last_one_is_stale() -> None:
+    """It is newer by the wall clock, for as long as they were ahead."""
+
+    class SetBack(StillClock):
+        def now(self) -> float:
+            return super().now() - back_s
+
+    back_s, clock, bus = 0.0, SetBack(), MemoryBus()
+    targets = SharedTargets(clock, bus)
+    await targets.accept("boat", REPORT)
+    back_s = 3600.0
+    report = REPORT.model_copy(update={"time": NOW_S - back_s})
+    with pytest.raises(ConflictError):
+        await targets.accept("boat", report)
+    clock.passed_s += STALE_S + 1.0
+    assert (await targets.accept("boat", report)).report == report
 
 
 async def test_a_gateway_whose_clock_is_behind_logs_that_it_drops_reports_but_not_each_one() -> None:
