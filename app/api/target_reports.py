@@ -17,6 +17,7 @@ from app.api.settings import ApiSettings
 from app.api.targets import TargetView, require_feed
 from app.api.websockets import (
     COMMON_CLOSE_REASONS,
+    READS_TEXT,
     CloseCode,
     ErrorFrame,
     FrameId,
@@ -58,6 +59,7 @@ ANSWER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportAckFrame, ErrorFrame)
 
 REPORTS_CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
     **COMMON_CLOSE_REASONS,
+    **READS_TEXT,
     CloseCode.ROLE: "the role dispatcher is required",
     CloseCode.TOO_SLOW: "the client does not read the answers",
 }
@@ -98,6 +100,8 @@ class ReportsSession(SocketSession):
         try:
             while True:
                 message = await self._socket.receive()
+                if message.type is WSMsgType.BINARY:
+                    return CloseCode.UNSUPPORTED
                 if message.type is not WSMsgType.TEXT:
                     return None
                 await self._socket.send_str((await self._answer(message.data)).model_dump_json())

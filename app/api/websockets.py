@@ -30,6 +30,7 @@ class CloseCode(IntEnum):
     """Close codes of all websockets. Rejections use them too: browsers do not expose the HTTP status of a handshake."""
 
     GOING_AWAY = 1001
+    UNSUPPORTED = 1003
     POLICY = 1008
     DEFECT = 1011
     TRY_AGAIN = 1013
@@ -144,6 +145,10 @@ def _id_of(text: str) -> int | None:
 
 MAX_INCOMING_BYTES: Final = 4096
 log = structlog.get_logger(__name__)
+
+
+READS_TEXT: Final[Mapping[CloseCode, str]] = {CloseCode.UNSUPPORTED: "frames are JSON texts, not binary"}
+"""What a websocket that reads frames may be closed with besides."""
 
 
 class SocketSession:

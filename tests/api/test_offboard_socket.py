@@ -119,6 +119,15 @@ async def test_what_is_no_frame_is_refused_and_the_socket_stays(service: Service
         assert (await ann.send("acquire_lease"))["type"] == "lease_granted"
 
 
+async def test_a_binary_frame_ends_the_socket_as_such_and_the_vehicle_holds(service: Service, link: FakeLink) -> None:
+    async with pilot(service) as ann:
+        await ann.send("acquire_lease")
+        await ann.send("enter")
+        await ann.socket.send_bytes(b"\x00")
+        assert await ann.close_code() == CloseCode.UNSUPPORTED
+    await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
+
+
 async def test_frames_that_wait_do_not_keep_the_event_loop(service: Service) -> None:
     """All other vehicles' setpoints are sent on it."""
     frames, turns = 500, 0

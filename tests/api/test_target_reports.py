@@ -112,7 +112,7 @@ async def test_the_answers_are_as_described(service: Service) -> None:
 async def test_binary_frames_and_frames_too_large_end_the_socket(service: Service) -> None:
     async with reporter(service) as socket:
         await socket.send_bytes(b"\x00")
-        assert await close_code(socket) == 1000
+        assert await close_code(socket) == CloseCode.UNSUPPORTED
     async with reporter(service) as socket:
         await socket.send_str("x" * 5000)
         assert await close_code(socket) == 1009

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, RootModel
 from app.api.models import Identifier
 from app.api.offboard.models import AuditView, ClampView, Destination, RateHz
 from app.api.tasks import QueueAction
-from app.api.websockets import COMMON_CLOSE_REASONS, CloseCode, ErrorFrame, FrameId
+from app.api.websockets import COMMON_CLOSE_REASONS, READS_TEXT, CloseCode, ErrorFrame, FrameId
 from app.domain.model import StrictForm
 from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
@@ -215,6 +215,7 @@ CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = get_args(get_args(AnyClientF
 
 CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
     **COMMON_CLOSE_REASONS,
+    **READS_TEXT,
     CloseCode.ROLE: "the role pilot is required",
     CloseCode.NO_VEHICLE: "unknown vehicle",
     CloseCode.LEASE_ENDED: "the lease has ended; unread frames were dropped",

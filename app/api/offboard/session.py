@@ -132,6 +132,8 @@ class OffboardSession(SocketSession):
     async def _read(self) -> None:
         while True:
             message = await self._socket.receive()
+            if message.type is WSMsgType.BINARY:
+                return self.end(CloseCode.UNSUPPORTED)
             if message.type is not WSMsgType.TEXT:
                 return None
             if self._has_lost_it():
