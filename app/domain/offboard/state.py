@@ -84,8 +84,8 @@ class Lease:
 class Control:
     """Offboard control of one vehicle. `reason` explains the state, or why the last lease ended.
 
-    `commanded`: the last command of a user without the lease, since it was acquired. `hold_is_pending`: the Hold
-    command after the end of control is not answered yet.
+    `commanded`: the last command of a user without the lease, since it was acquired or the entry began.
+    `hold_is_pending`: the Hold command after the end of control is not answered yet.
     """
 
     vehicle_id: str
@@ -131,6 +131,7 @@ COMMANDED: Final = frozenset({FlightMode.HOLD})
 
 
 _MODES_AFTER: Final = {
+    "hold": frozenset({FlightMode.HOLD}),
     "return": frozenset({FlightMode.HOLD, FlightMode.RETURN}),
     "land": frozenset({FlightMode.HOLD, FlightMode.LAND}),
 }

@@ -145,7 +145,8 @@ def _enter_or_leave(control: Control, it: TransitionInput, vehicle: VehicleState
                 raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
             if control_method is ControlMethod.COMMANDS and usual is not ControlMethod.COMMANDS:
                 raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `control_method`")
-            return replace(control, control_method=control_method or usual or ControlMethod.SETPOINTS), ()
+            control_method = control_method or usual or ControlMethod.SETPOINTS
+            return replace(control, control_method=control_method, commanded=""), ()
         case inputs.EntryProgressed(state, reason):
             return _progress(control, state, reason, vehicle)
         case inputs.EntryFailed(reason):
@@ -220,7 +221,8 @@ def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
     """A fixed wing controlled by commands is in Hold mode already, so the mode is no evidence; while entering and
     leaving it is ours.
     """
-    control = replace(control, commanded=action)
+    is_ours = action == "hold" and (control.state in ENTERING or control.state is _S.LEAVING)
+    control = replace(control, commanded="" if is_ours else action)
     if action not in ("", "hold"):
         return _cancel_hold(control)
     if action == "hold" and control.is_commanded and control.state is _S.ACTIVE:

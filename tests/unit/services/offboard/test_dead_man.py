@@ -125,6 +125,21 @@ async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
         assert quad.control.state is OffboardState.IDLE
 
 
+async def test_a_hold_that_a_person_asked_for_is_told_as_theirs_and_one_of_the_entry_is_not() -> None:
+    for is_asked in (True, False):
+        async with controlled_vehicle() as quad:
+            quad.take()
+            quad.control.vehicle.commanded("hold")  # before the entry, which commands Hold itself
+            quad.put()
+            await quad.enter()
+            if is_asked:
+                quad.control.vehicle.commanded("hold")
+            quad.vehicle.put(mode=FlightMode.HOLD)
+            assert quad.control.reason is not None
+            expected = ReasonCode.OFFBOARD_COMMANDED if is_asked else ReasonCode.OFFBOARD_MODE_BY_OTHERS
+            assert quad.control.reason.code is expected
+
+
 async def test_a_failsafe_is_not_told_as_the_return_that_a_person_asked_for_before() -> None:
     async with controlled_vehicle() as quad:
         await quad.flown()
