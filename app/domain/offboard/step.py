@@ -155,8 +155,9 @@ def _enter_or_leave(control: Control, it: TransitionInput, vehicle: VehicleState
             return _move(control, _S.LEASED, reason)
         case inputs.Leave(to):
             control, effects = _cancel_hold(control)
-            state = _S.LEAVING if control.state is _S.ACTIVE else control.state
-            control, moved = _move(control, state, Reason.of(ReasonCode.OFFBOARD_LEAVING, to=to))
+            if control.state is not _S.ACTIVE:  # there is nothing to leave but the lease
+                return control, effects
+            control, moved = _move(control, _S.LEAVING, Reason.of(ReasonCode.OFFBOARD_LEAVING, to=to))
             return control, (*effects, *moved)
         case inputs.LeavingFailed(to):
             if control.state is not _S.LEAVING:

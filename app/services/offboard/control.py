@@ -368,7 +368,8 @@ class OffboardControl:
         return task.result()
 
     def _lost_meanwhile(self) -> LeaseLostError:
-        return LeaseLostError(f"the lease ended meanwhile: {describe(self.reason)}", hint="take it again")
+        why = describe(self.reason) if self.lease is None else f"{self.lease.holder} has acquired it"
+        return LeaseLostError(f"the lease ended meanwhile: {why}", hint="take it again")
 
     async def _run(self) -> Run | None:
         run_id = self.vehicle.run_id
