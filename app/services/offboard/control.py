@@ -34,6 +34,7 @@ from app.services.offboard.preflight import (
     PreflightReport,
     initial_context,
     preflight_report,
+    refuse_nothing_to_stream,
     refuse_unready,
     refuse_unsafe_parameters,
     until_no_failsafe,
@@ -285,6 +286,8 @@ class OffboardControl:
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         self._fleet.require_new_work()  # another gateway may have the site since the lease was acquired
         await self._ready_run()
+        given = self._flow.has_setpoint(self._clock.monotonic(), self.setpoint_source)
+        refuse_nothing_to_stream(self.control_method, self._initial_context().kind(self.link.state()), given)
         self._progress(_S.CHECKING, ReasonCode.OFFBOARD_CHECKING)
         entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
         self.set_context(await with_fence(self._initial_context(), self.link, entries, self._in_thread))
@@ -479,11 +482,8 @@ class OffboardControl:
 
     async def _hold(self) -> None:
         """Hold, seen; a commanded wing is in Hold and is commanded to circle where it is. Raises LinkError."""
-        await (
-            self.commands.circle_here()
-            if self.control_method is ControlMethod.COMMANDS
-            else self.commands.switch(self.link.hold())
-        )
+        circles = self.control_method is ControlMethod.COMMANDS
+        await (self.commands.circle_here() if circles else self.commands.switch(self.link.hold()))
 
     async def _command_hold(self) -> None:
         """In a task of its own, because what ends control does not wait."""

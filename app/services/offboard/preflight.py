@@ -135,8 +135,7 @@ async def preflight_report(
     state = link.state()
     reason, hint = _why_not(vehicle_id, state, context.kind(state), run)
     control_method = context.control_method(state)
-    is_streamed = has_setpoint or can_stop(context.kind(state))  # else a velocity of zero begins the stream
-    if not reason and control_method is ControlMethod.SETPOINTS and not is_streamed:
+    if not reason and control_method is not None and not _can_stream(control_method, context.kind(state), has_setpoint):
         reason, hint = _NOTHING_TO_STREAM
     entries = (
         await _audited(link, control_method or ControlMethod.SETPOINTS, sticks_held=sticks_held)
@@ -159,6 +158,18 @@ def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: 
     reason, hint = _why_not(vehicle_id, state, kind, run)
     if reason:
         raise OffboardNotReadyError(reason, hint=hint)
+
+
+def refuse_nothing_to_stream(control_method: ControlMethod, kind: FlightKind, has_setpoint: bool) -> None:
+    """Raises OffboardNotReadyError: after Hold its entry would end with the first setpoint."""
+    if not _can_stream(control_method, kind, has_setpoint):
+        reason, hint = _NOTHING_TO_STREAM
+        raise OffboardNotReadyError(reason, hint=hint)
+
+
+def _can_stream(control_method: ControlMethod, kind: FlightKind, has_setpoint: bool) -> bool:
+    """Without a setpoint a velocity of zero begins the stream."""
+    return control_method is ControlMethod.COMMANDS or has_setpoint or can_stop(kind)
 
 
 def initial_context(vehicle_id: str, who: VehicleIdentity, fresh_s: float) -> ControlContext:

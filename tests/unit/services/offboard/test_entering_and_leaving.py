@@ -191,12 +191,30 @@ async def test_a_client_that_goes_away_on_the_way_in_ends_the_entry() -> None:
         assert "offboard" not in quad.vehicle.sent
 
 
-async def test_a_wing_without_a_setpoint_does_not_enter() -> None:
+async def test_a_wing_without_a_setpoint_does_not_enter_keeps_its_lease_and_is_not_commanded_to_hold() -> None:
     async with controlled_vehicle(VehicleType.FIXED_WING) as plane:
         plane.take()
-        with pytest.raises(LeaseLostError):
+        with pytest.raises(OffboardNotReadyError, match="nothing to stream"):
             await plane.enter()
-        assert (plane.sent, plane.control.state) == ([], OffboardState.IDLE)
+        assert (plane.sent, plane.vehicle.sent, plane.control.state) == ([], [], OffboardState.LEASED)
+
+
+async def test_leaving_before_the_entry_gives_the_lease_back_and_is_no_change_of_the_state() -> None:
+    async with controlled_vehicle(run=paused_run()) as quad:
+        quad.take()
+        await quad.control.leave(quad.lease, "hold")
+        assert [event["state"] for event in await quad.recorded("offboard.changed")] == ["leased", "idle"]
+
+
+async def test_a_leave_that_another_clients_lease_ends_is_told_so() -> None:
+    async with controlled_vehicle() as quad:
+        await quad.flown()
+        quad.vehicle.hold_gate.clear()
+        leaving = asyncio.ensure_future(quad.control.leave(quad.lease, "hold"))
+        await quad.until_state(OffboardState.LEAVING)
+        quad.take("ben", override=True)
+        with pytest.raises(LeaseLostError, match="meanwhile: ben has acquired it"):
+            await leaving
 
 
 @pytest.mark.parametrize("vtol_state", [VtolState.FIXED_WING, VtolState.MULTICOPTER])
