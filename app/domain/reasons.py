@@ -356,7 +356,7 @@ class ReasonCode(StrEnum):
     OFFBOARD_HOVERS = "offboard.hovers", "the vehicle now hovers; it was controlled by commands in fixed-wing flight"
     OFFBOARD_NOT_GUIDED = (
         "offboard.not_guided",
-        "no command was sent for {silent_s:.1f} s: no recent position, or no room to loiter",
+        "no command was sent for {silent_s:.1f} s: {detail}",
     )
     OFFBOARD_UNANSWERED = "offboard.unanswered", "the vehicle did not answer {count} commands in a row"
     OFFBOARD_REFUSED = "offboard.refused", "the vehicle rejected {count} commands in a row: {detail}"

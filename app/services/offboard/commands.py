@@ -147,6 +147,7 @@ HEARTBEAT_FRESH_S: Final = 0.3
 """A command changes the mode to Hold, also from a pilot's mode: it is only sent this soon after a HEARTBEAT that
 reports Hold.
 """
+NO_TASK: Final = "no task gave one"
 REFUSALS: Final = 3
 """After this many failures in a row of a repeated command, control by commands is over."""
 UNANSWERED: Final = 3
@@ -167,6 +168,7 @@ class CommandQueue:
         self._delivery = CommandDelivery(link, clock)
         self._wanted: CommandRequest | None = None
         self._wanted_s = 0.0
+        self._unguided = NO_TASK
         self._holds: CommandRequest | None = None
         self._unanswered = self._refusals = 0
         self._sending: asyncio.Task[None] | None = None
@@ -177,7 +179,11 @@ class CommandQueue:
         """Request this command. Called at every tick: without calls nothing is sent."""
         if request != self._wanted:
             self._wanted, self.refused, self._refusals = request, "", 0
-        self._wanted_s = self._clock.monotonic()
+        self._wanted_s, self._unguided = self._clock.monotonic(), NO_TASK
+
+    def note(self, error: WaydropError) -> None:
+        """Why the guidance wants none now."""
+        self._unguided = error.detail
 
     def ask_again(self) -> None:
         """Repeat a rejected command: for a circle there is no alternative."""
@@ -195,7 +201,8 @@ class CommandQueue:
         if self._wanted is None:
             return None
         if now_s - self._wanted_s > self._gone_s:
-            return Reason.of(ReasonCode.OFFBOARD_NOT_GUIDED, silent_s=now_s - self._wanted_s)
+            silent_s, detail = now_s - self._wanted_s, self._unguided
+            return Reason.of(ReasonCode.OFFBOARD_NOT_GUIDED, silent_s=silent_s, detail=detail)
         if self._unanswered >= UNANSWERED:
             return Reason.of(ReasonCode.OFFBOARD_UNANSWERED, count=UNANSWERED)
         if self._refusals >= REFUSALS:

@@ -210,8 +210,7 @@ class OffboardControl:
     def steer(self, setpoint: Setpoint) -> tuple[Clamp, ...]:
         """A setpoint of the setpoint source, like the client's own, but it renews no lease: the client must do that.
 
-        Raises:
-            LeaseLostError; SetpointRefusedError.
+        Raises LeaseLostError, SetpointRefusedError.
         """
         return self._slot(setpoint, "task")
 
@@ -427,8 +426,8 @@ class OffboardControl:
     def _tick(self, now_s: float) -> None:
         self._feed(inputs.Tick(), now_s)
         try:
-            if self.setpoint_source is not None:
-                self.setpoint_source.tick(now_s)
+            if (source := self.setpoint_source) is not None:
+                self._flow.note(source.tick(now_s))
             self._feed(inputs.SetpointDue(), now_s)
         except WaydropError as error:
             reason = Reason.of(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)

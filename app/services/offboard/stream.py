@@ -61,8 +61,8 @@ def _ms(seconds: float) -> float:
 class SetpointSource(Protocol):
     """Speaks for the client of a lease between its words: the guidance of its tasks. Called on the event loop."""
 
-    def tick(self, now_s: float) -> None:
-        """Before each send: give a setpoint, or none."""
+    def tick(self, now_s: float) -> SetpointRefusedError | None:
+        """Before each send: give a setpoint, or none. Why it could not, if it should have."""
 
     def refuse_client_setpoint(self) -> None:
         """Before a setpoint of the client counts. Raises SetpointRefusedError: it would be sent and not be obeyed."""
@@ -118,6 +118,10 @@ class SetpointFlow:
         """The silence of the client counts from here, unless it has spoken later."""
         if now_s >= self._spoke_s:
             self._spoke_s, self._rejected = now_s, None
+
+    def note(self, rejected: SetpointRefusedError | None) -> None:
+        """Why the source that speaks for the client has given none."""
+        self._rejected = rejected or self._rejected
 
     async def streamed(self, seconds: float) -> None:
         """Return when so much of the stream has been sent."""

@@ -186,23 +186,29 @@ class TaskFlight:
         if self.phase in (Phase.FLYING, Phase.ENDING):
             self.stop("paused", Reason.of(ReasonCode.TASK_LEAVING))
 
-    def tick(self, now_s: float) -> None:
+    def tick(self, now_s: float) -> SetpointRefusedError | None:
         seconds, self._ticked_s = now_s - (now_s if self._ticked_s is None else self._ticked_s), now_s
         control = self.control
         if self.phase not in (Phase.FLYING, Phase.PAUSED) or control.state not in STEERED:
-            return
+            return None
         if control.context is None or self.origin is None:
-            return
+            return None
         state = control.link.state()
         fix = fix_of(state, self.origin)
-        if fix is None:
-            return  # silent: the dead-man acts
+        if fix is None:  # the dead-man acts, and tells this
+            no_fix = SetpointRefusedError("no recent position of the vehicle", refusal="setpoint.no_estimate")
+            return self._silent(no_fix)
         if self.phase is Phase.FLYING and control.state is OffboardState.ACTIVE:
             self.queue = self.queue.flown(seconds)
             if self.queue.is_over_time:
                 self.finish("time_over")
-        if self.phase in (Phase.FLYING, Phase.PAUSED):
-            self._steer(control.context.kind(state), fix, now_s, seconds * state.clock.rate)
+        if self.phase not in (Phase.FLYING, Phase.PAUSED):
+            return None
+        return self._steer(control.context.kind(state), fix, now_s, seconds * state.clock.rate)
+
+    def _silent(self, error: SetpointRefusedError) -> SetpointRefusedError:
+        self.control.commands.note(error)
+        return error
 
     def _word(self) -> TaskState:
         if self.phase is not Phase.FLYING:
@@ -213,7 +219,7 @@ class TaskFlight:
 
     # flying ---------------------------------------------------------------------------------------------------
 
-    def _steer(self, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> None:
+    def _steer(self, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> SetpointRefusedError | None:
         entry, executor = self.queue.current, self._current_executor()
         try:
             if self.phase is Phase.PAUSED or entry is None:
@@ -223,6 +229,8 @@ class TaskFlight:
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
                 self.stop("blocked", Reason.of_error(error.code, error.detail))
+            return self._silent(error)
+        return None
 
     def _current_executor(self) -> TaskExecutor:
         if self._executor is None or self._executor.control_method is not self.control.control_method:

@@ -45,6 +45,23 @@ async def test_a_queue_is_flown_while_its_client_renews_the_lease_and_no_longer(
         assert (await changes(quad))[-1] == ("dropped", "t1")
 
 
+@pytest.mark.parametrize("paused", [False, True])
+async def test_a_lost_position_is_told_as_what_it_is_and_not_as_the_silence_of_the_client(paused: bool) -> None:
+    async with controlled_vehicle() as quad:
+        await flying(quad, "circle")
+        if paused:
+            quad.tasks.pause(quad.lease)
+        quad.vehicle.put(latitude_deg=None)
+        for _ in range(40):
+            if quad.control.lease is None:
+                break
+            quad.control.require(quad.lease)
+            await pass_s(quad, 0.3)
+        assert quad.control.reason is not None
+        assert quad.control.reason.code is ReasonCode.OFFBOARD_ALL_REJECTED
+        assert "no recent position" in describe(quad.control.reason)
+
+
 @pytest.mark.parametrize("how", ["release", "mode", "gap", "override"])
 async def test_every_end_of_the_lease_drops_the_queue(how: str) -> None:
     async with controlled_vehicle() as quad:
