@@ -101,7 +101,9 @@ class NewEvent(NamedTuple):
 
 
 class Event(FrozenForm):
-    """A stored event. `seq` starts at 1 and has no gaps within a gateway's journal.
+    """A stored event. `seq` starts at 1 and has no gaps within a gateway's journal. It is the order in which events
+    were stored; `time` is when they happened. A run stores its events itself, so one of its vehicle may come after one
+    of the run that is a moment later.
 
     `version` is the version of the payload's form. Events of earlier versions are converted when parsed: see
     Versioned.upcast.
