@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from app.domain.drop.consent import ConsentState
-from app.domain.drop.record import DropOutcome
+from app.domain.drop.record import DropOutcome, GripperUse
 from app.domain.drop.supervised_inputs import ConsentGiven, Finish, ReleaseWithheld
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
@@ -29,6 +29,7 @@ class AnyFlight(RuleBasedStateMachine):
         self.refused: set[int] = set()
         self.executed: set[int] = set()
         self.accepted = False
+        self.used = False
 
     @rule(knows=st.booleans())
     @precondition(lambda self: self.flight.now_s == 100.0)
@@ -96,6 +97,12 @@ class AnyFlight(RuleBasedStateMachine):
             if seq == TERMS.hold_seqs[0]:
                 self.flight.offset_m = max(self.flight.offset_m, 3.0)
 
+    @precondition(lambda self: self.flight.finish is None)
+    @rule()
+    def a_task_uses_the_gripper(self) -> None:
+        self.used = True
+        self.flight.machine = replace(self.flight.machine, used_by=GripperUse.TASK)
+
     @rule()
     def the_run_ends(self) -> None:
         self.flight.end()
@@ -114,6 +121,8 @@ class AnyFlight(RuleBasedStateMachine):
         finish: Finish | None = self.flight.finish
         if finish is None:
             return
+        if self.used:
+            assert finish.outcome is DropOutcome.UNKNOWN, "others used the gripper"
         if finish.outcome is DropOutcome.RELEASED:
             assert self.flight.sends_s, "released without a command"
             assert self.accepted or self.executed, "released without any evidence"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.domain.drop.record import GripperUse
 from app.domain.events import EventKind
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
@@ -31,6 +32,19 @@ async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_in_offboar
         await service.until(lambda: service.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "this was asked for")
         reasons = [data_of(event)["reason"] for event in service.events.events if event.kind == EventKind.RUN_CHANGED]
         assert reasons.count(after.model_dump(mode="json")) == 1, "nothing else was said on the way out"
+
+
+async def test_a_gripper_that_a_task_is_about_to_use_is_stored_with_the_run_and_survives_a_restart() -> None:
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        service.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await service.runs.pause(service.run_id)
+        await service.runs.use_gripper(service.run_id)
+        stored = [data_of(event) for event in service.events.events if event.kind == EventKind.RUN_DROP]
+        assert stored[-1]["gripper_used_by"] == "task", "stored when it returns"
+        await restarted(service)
+        assert service.run.drops[0].gripper_used_by is GripperUse.TASK
 
 
 async def test_after_a_restart_a_run_in_offboard_control_until_then_is_not_said_to_be_paused_as_asked() -> None:
