@@ -140,6 +140,10 @@ class ReasonCode(StrEnum):
         "run.failsafe_mode",
         "the vehicle is in {mode} mode: a failsafe is active; Waydrop sends no commands",
     )
+    TERMINATED = (
+        "run.terminated",
+        "the flight was terminated: a failsafe or the kill switch has stopped the motors; no command is obeyed",
+    )
     RETURN_BY_OTHERS = "run.return_by_others", "another client or pilot commanded Return mode"
     LAND_BY_OTHERS = (
         "run.land_by_others",

@@ -366,6 +366,7 @@ class Fleet:
             armed=state.armed,
             landed=state.landed,
             in_failsafe=state.in_failsafe,
+            is_terminated=state.is_terminated,
             vtol_state=state.vtol_state,
         )
         self.record(vehicle, changed)

@@ -175,6 +175,7 @@ class StateView(Frozen):
     armed: bool | None
     landed: LandedState
     in_failsafe: bool
+    is_terminated: bool
     latitude_deg: float | None
     longitude_deg: float | None
     absolute_altitude_m: float | None

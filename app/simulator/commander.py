@@ -143,10 +143,14 @@ class Commander:
             limit, speed = f"{MAX_LIVE_SPEED:g}x", f"{self._clock.speed:g}x"
             self._text(Severity.CRITICAL, f"Offboard refused: simulated at {speed}, limit {limit}")
             return Result.TEMPORARILY_REJECTED
-        if self._state.status.armed and not self._checks.can_run(mode):
+        if not self._takes(mode):
             return self._not_available(mode)
         self.change_mode(mode)
         return Result.ACCEPTED
+
+    def _takes(self, mode: Mode) -> bool:
+        """A terminated flight fails all checks."""
+        return not self._state.status.armed or (not self._terminated and self._checks.can_run(mode))
 
     def _not_available(self, mode: Mode) -> Result:
         self._text(Severity.CRITICAL, f"Switching to {_mode_name(mode)} is currently not available")
@@ -170,7 +174,7 @@ class Commander:
 
     def return_to_launch(self) -> Result:
         """NAV_RETURN_TO_LAUNCH, as a command or as a mission item."""
-        if self._state.status.armed and not self._checks.can_run(Mode.RTL):
+        if not self._takes(Mode.RTL):
             return self._not_available(Mode.RTL)
         self._text(Severity.INFO, "Returning to launch")
         self._event("commander_rtl")
@@ -179,7 +183,7 @@ class Commander:
 
     def land(self) -> Result:
         """NAV_LAND as a command."""
-        if self._state.status.armed and not self._checks.can_run(Mode.LAND):
+        if not self._takes(Mode.LAND):
             return self._not_available(Mode.LAND)
         self._text(Severity.INFO, "Landing at current position")
         self._event("commander_landing_current_pos")

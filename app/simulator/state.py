@@ -109,6 +109,11 @@ class Status:
     """Outside the fence, and GF_ACTION is set."""
 
     @property
+    def shown_mode(self) -> Mode:
+        """As HEARTBEAT and CURRENT_MODE tell it: terminated, PX4 shows the mode that was intended (v1.19, flown)."""
+        return self.intended if self.mode is Mode.TERMINATION else self.mode
+
+    @property
     def landed(self) -> bool:
         """The land detector's verdict."""
         return self.land.landed

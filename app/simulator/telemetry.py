@@ -79,18 +79,19 @@ class Telemetry:
 
     def heartbeat(self) -> Message:
         status = self._state.status
-        base = BASE_WITHOUT_STICKS if status.mode in (Mode.ORBIT, Mode.OFFBOARD) else BASE_POSITION
-        if status.mode.is_auto:
+        base = BASE_WITHOUT_STICKS if status.shown_mode in (Mode.ORBIT, Mode.OFFBOARD) else BASE_POSITION
+        if status.shown_mode.is_auto:
             base = BASE_AUTO
         if status.armed:
             base |= BASE_ARMED
         return mavlink.MAVLink_heartbeat_message(
-            self._airframe.mav_type, AUTOPILOT_PX4, base, status.mode, status.system_status, 3
+            self._airframe.mav_type, AUTOPILOT_PX4, base, status.shown_mode, status.system_status, 3
         )
 
     def current_mode(self) -> Message:
         status = self._state.status
-        return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(status.mode, 0), status.mode, status.intended)
+        mode = status.shown_mode
+        return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(mode, 0), mode, status.intended)
 
     def sys_status(self) -> Message:
         healthy = SENSORS_HEALTHY & ~SENSOR_GPS if self._faults.gps_lost else SENSORS_HEALTHY

@@ -41,6 +41,8 @@ _ARMED: Final = 128
 _NOT_GONE_BACK_TO: Final = frozenset({FlightMode.RETURN, FlightMode.LAND, FlightMode.TAKEOFF, FlightMode.OTHER})
 """Modes in which PX4 cannot be armed, or may not: it does not keep them when it disarms."""
 _CRITICAL: Final = 5
+_TERMINATED: Final = 8
+"""MAV_STATE_FLIGHT_TERMINATION, by a failsafe or the kill switch. From v1.17 PX4 shows no mode of its own for it."""
 _NO_MISSION_TOTAL: Final = 65535
 _HEADING_UNKNOWN: Final = 65535
 _HDOP_UNKNOWN: Final = 65535
@@ -63,6 +65,7 @@ class Measurements:
     before_descent: FlightMode | None = None
     """The mode that was asked for last, apart from those that bring it down: PX4 goes back to it when it disarms."""
     in_failsafe: bool = False
+    is_terminated: bool = False
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
     position_s: float | None = None
@@ -84,17 +87,18 @@ class Measurements:
     def take_heartbeat(self, message: Heartbeat, received_s: float) -> LinkFact | None:
         """HEARTBEAT: mode, armed, failsafe."""
         self.steadiness.heartbeat(message, received_s)
-        old, before = self.heartbeat, (self.mode, self.in_failsafe)
+        old, before = self.heartbeat, (self.mode, self.in_failsafe, self.is_terminated)
         self.heartbeat, self.heartbeat_s = message, received_s
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
-        self.in_failsafe = message.system_status == _CRITICAL
+        self.is_terminated = message.system_status == _TERMINATED
+        self.in_failsafe = self.is_terminated or message.system_status == _CRITICAL
         if not self.in_failsafe:
             self._intend(self.mode)
         self._time_failsafe(received_s)
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
-            and before == (self.mode, self.in_failsafe)
+            and before == (self.mode, self.in_failsafe, self.is_terminated)
         )
         return None if same else StateChanged()
 
@@ -110,9 +114,8 @@ class Measurements:
             self._intend(flight_mode(message.intended_custom_mode, self.heartbeat))
             if self.mode is not before:
                 chosen = message.custom_mode != message.intended_custom_mode
-                self.in_failsafe = (
-                    chosen and self.mode is not FlightMode.OTHER
-                )  # which a mode executor shows as its own
+                is_by_failsafe = chosen and self.mode is not FlightMode.OTHER  # which a mode executor shows as its own
+                self.in_failsafe = self.is_terminated or is_by_failsafe
         self._time_failsafe(received_s)
         return None if before is self.mode else StateChanged()
 
@@ -208,8 +211,7 @@ class Measurements:
     def state(self, now_s: float, *, connected: bool, security: LinkSecurity | None = None) -> VehicleState:
         """All of it, with ages at `now_s`."""
         beat, place, mission, system = self.heartbeat, self.position, self.mission, self.system
-        gnss_is_fresh = self.gnss_s is not None and now_s - self.gnss_s <= GNSS_FRESH_S
-        gnss = self.gnss if gnss_is_fresh else None
+        gnss = self.gnss if self.gnss_s is not None and now_s - self.gnss_s <= GNSS_FRESH_S else None
         total = None if mission is None or mission.total == _NO_MISSION_TOTAL else mission.total
         return VehicleState(
             connected=connected,
@@ -218,6 +220,7 @@ class Measurements:
             armed=None if beat is None else bool(beat.base_mode & _ARMED),
             landed=LandedState.UNDEFINED if system is None else _word(_LANDED, system.landed_state),
             in_failsafe=self.in_failsafe,
+            is_terminated=self.is_terminated,
             latitude_deg=None if place is None else place.lat / 1e7,
             longitude_deg=None if place is None else place.lon / 1e7,
             absolute_altitude_m=None if place is None else place.alt / 1e3,

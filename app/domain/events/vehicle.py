@@ -34,12 +34,15 @@ class VehicleLinkRestored(Payload, kind=EventKind.VEHICLE_LINK_RESTORED):
 
 
 class VehicleChanged(Payload, kind=EventKind.VEHICLE_CHANGED):
-    """Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user."""
+    """Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user. `is_terminated`: it has stopped
+    the motors, by a failsafe or the kill switch.
+    """
 
     mode: FlightMode | None
     armed: bool | None
     landed: LandedState
     in_failsafe: bool
+    is_terminated: bool = False
     vtol_state: VtolState | None
 
 

@@ -295,7 +295,11 @@ class Flight:
 
     def why_fallen(self, state: VehicleState) -> Reason | None:
         """Why it did not land at all: see Touchdown."""
-        return None if self.touchdown is None else self.touchdown.why_fallen(state, self.segment.plan.vehicle_type)
+        if self.touchdown is None:
+            return None
+        if state.is_terminated and self.touchdown.is_by_mission and not self.mission_done:
+            return Reason.of(ReasonCode.TERMINATED)  # HEARTBEAT came after the ground
+        return self.touchdown.why_fallen(state, self.segment.plan.vehicle_type)
 
     def having_taken_off(self, observed: Observation) -> Flight:
         """With home as it was when the vehicle was first seen in the air."""

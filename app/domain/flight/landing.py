@@ -114,8 +114,10 @@ class Touchdown(NamedTuple):
 
     def why_fallen(self, state: VehicleState, vehicle_type: VehicleType) -> Reason | None:
         """Why it is no landing, of a vehicle that has come to rest: it was far above that place a moment before it said
-        landed. None if it was not, or if its altitude is not known.
+        landed, or was terminated in the air. None if it was not, or if its altitude is not known.
         """
+        if self.reason is not None and self.reason.code is ReasonCode.TERMINATED:
+            return self.reason
         is_known = self.from_m is not None and state.absolute_altitude_m is not None and _is_fresh(state)
         fallen_m = (self.from_m or 0.0) - (state.absolute_altitude_m or 0.0) if is_known else 0.0
         least_m = _SINKS_M if vehicle_type in _LANDED_BY_HAND else _FALLS_M

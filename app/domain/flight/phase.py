@@ -248,6 +248,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
         _S.LANDED,
         _because(ReasonCode.HOLDS_AT_LAST_ITEM),
     ),
+    PhaseRow(_ANY, lambda f: f.state.is_terminated, _S.RETURNING, _because(ReasonCode.TERMINATED)),
     # landed, and not by the mission: as it disarms PX4 goes back to the mode before, and says so one by one
     PhaseRow(_NOT_DOWN, lambda f: f.was_returning and f.is_down, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
     PhaseRow(_NOT_DOWN, lambda f: f.paused_for is not None and f.is_down, _S.PAUSED, _why_paused_on_ground),

@@ -43,8 +43,10 @@ class VehicleSnapshot:
     @property
     def mode_for_drops(self) -> FlightMode | None:
         """A commanded mode counts from the command on. Nothing is released while the vehicle still obeys, nor while it
-        is not known which mission it flies.
+        is not known which mission it flies. A terminated one flies none, although PX4 shows the mode of before.
         """
+        if self.state.is_terminated:
+            return FlightMode.OTHER
         if (self.is_changing or self.carries_other) and self.state.mode is FlightMode.MISSION:
             return FlightMode.HOLD
         if self.commanded is None or self.state.mode is not FlightMode.MISSION:
@@ -164,10 +166,11 @@ def is_order(commanded: RunAction | None) -> bool:
 def contingency_command(record: DropRecord, on_failure: str, seen: VehicleSnapshot) -> ContingencyCommand | None:
     """Return the contingency of a drop that ended otherwise than released; None if the mission continues.
 
-    Nothing is commanded if somebody else changed the mode or the mission, or the link is lost.
+    Nothing is commanded if somebody else changed the mode or the mission, the flight was terminated, or the link is
+    lost.
     """
     failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
-    is_heard = seen.state.connected and not seen.carries_other
+    is_heard = seen.state.connected and not seen.carries_other and not seen.state.is_terminated
     commandable = is_heard and seen.state.mode is FlightMode.MISSION
     if not failed or not commandable or on_failure == "continue":
         return None

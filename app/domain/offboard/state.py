@@ -184,6 +184,8 @@ def _taken_away(
     expected = MAY_BE_IN.get(state)
     if expected is None:
         return None
+    if vehicle.is_terminated:
+        return Reason.of(ReasonCode.OFFBOARD_FAILSAFE)
     if control_method is ControlMethod.COMMANDS:
         expected = COMMANDED
     if vehicle.mode not in expected:

@@ -188,7 +188,8 @@ def _over_ground_m_s(context: RuleContext, path: GroundPath) -> float:
 
 @rules.warning(
     "geofence.not_enforced",
-    "The reaction to a geofence violation is a setting of the vehicle. With GF_ACTION 0 or 1 it flies on.",
+    "The reaction to a geofence violation is a setting of the vehicle. With GF_ACTION 0 or 1 it flies on, "
+    "with 4 its motors stop and it falls.",
     "PX4 GF_ACTION.",
 )
 def _fence_enforced(context: RuleContext) -> Iterator[Violation]:

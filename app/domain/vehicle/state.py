@@ -233,6 +233,7 @@ class VehicleState:
     its channel is not known. It is what the autopilot commands, not what a sensor saw. A new value counts once it was
     said for a quarter of a second without another one between; `gripper_output_newest_us` is the newest one.
     `durations`: None where nobody measures them, as in a recording; what is said counts then as it is.
+    `is_terminated`: the autopilot has stopped the motors, by a failsafe or the kill switch, whatever the mode says.
     `failsafe_delay_s`: for how long a failsafe has held the vehicle in Hold mode, which is not the intended one; None:
     it does not. PX4 holds before most failsafes act.
     """
@@ -243,6 +244,7 @@ class VehicleState:
     armed: bool | None = None
     landed: LandedState = LandedState.UNDEFINED
     in_failsafe: bool = False
+    is_terminated: bool = False
     latitude_deg: float | None = None
     longitude_deg: float | None = None
     absolute_altitude_m: float | None = None

@@ -120,8 +120,9 @@ def test_termination_stays_whatever_is_wanted_until_a_reboot() -> None:
     assert air.flown == (Mode.TERMINATION, True)
     air.commander.force_mode(Mode.RTL)
     assert air.flown == (Mode.TERMINATION, True)
-    air.commander.set_mode(Mode.LOITER)
-    assert air.flown == (Mode.TERMINATION, True)
+    for refused in (air.commander.set_mode(Mode.LOITER), air.commander.return_to_launch(), air.commander.land()):
+        assert refused is Result.TEMPORARILY_REJECTED
+    assert (air.flown, air.status.shown_mode) == ((Mode.TERMINATION, True), air.commander.intended)
     air.commander.step()
     assert air.status.system_status is SystemStatus.FLIGHT_TERMINATION
     air.land()

@@ -106,3 +106,19 @@ def test_a_return_that_somebody_else_commanded_out_of_offboard_goes_back_there(
         measurements.take_mode(CurrentMode(mode, mode), 0.0)
         measurements.take_heartbeat(heartbeat(mode), 100.0)
     assert measurements.goes_back_to_offboard is goes_back
+
+
+MISSION = 4 << 16 | 4 << 24
+
+
+def test_a_termination_is_told_by_heartbeat_alone_and_no_other_message_ends_it() -> None:
+    """PX4 v1.19 shows the mode that was intended in both messages (flown)."""
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(MISSION), 100.0)
+    terminated = Heartbeat(type=2, autopilot=12, base_mode=128, custom_mode=MISSION, system_status=8)
+    assert measurements.take_heartbeat(terminated, 101.0) is not None, "it is told"
+    measurements.take_mode(CurrentMode(HOLD, HOLD), 101.5)
+    state = measurements.state(101.5, connected=True)
+    assert (state.is_terminated, state.in_failsafe) == (True, True)
+    measurements.take_heartbeat(heartbeat(MISSION), 102.0)
+    assert not measurements.state(102.0, connected=True).is_terminated, "the kill switch was set back"

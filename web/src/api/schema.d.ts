@@ -2645,9 +2645,6 @@ export interface components {
          *
          *     `pictures` are those taken closest to the drop.
          *
-         *     `gripper_used_by`: before the drop, a task of offboard control was about to use the gripper, or its output was seen
-         *     at release where the mission does not release. The drop can only end as `unknown` then.
-         *
          *     `consent` is None if the plan does not request it; `target` is None without a moving target or a report of it.
          *     `alternate_to` is the failed drop of which this one is the alternate. Such a record exists only after the vehicle
          *     was sent there.
@@ -2706,8 +2703,6 @@ export interface components {
              * @default null
              */
             sensed_at: number | null;
-            /** @default null */
-            gripper_used_by: components["schemas"]["GripperUse"] | null;
             /**
              * Planned Latitude Deg
              * @default null
@@ -3212,12 +3207,6 @@ export interface components {
             /** @default null */
             target: components["schemas"]["Target"] | null;
         };
-        /**
-         * GripperUse
-         * @description Who used the gripper in flight besides the drop and the mission: nothing shows what the drop released then.
-         * @enum {string}
-         */
-        GripperUse: "task" | "others";
         /**
          * HandOverRequest
          * @description The principal that may take over the lease; null withdraws the offer.
@@ -5444,7 +5433,7 @@ export interface components {
          * @description Each code with its message. `{name}` is a parameter, `{cause}` the message of the underlying reason.
          * @enum {string}
          */
-        ReasonCode: "vehicle.two_clocks" | "vehicle.two_uids" | "vehicle.two_connections" | "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.new_warnings" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.start_held_back" | "run.taken_over_before_start" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.mission_unread" | "run.aborted_unread" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.ended_early_because" | "run.landed_elsewhere" | "run.fell" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.holding_after_failed_drop" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.landing_unseen" | "run.change_refused" | "run.offboard" | "run.after_offboard" | "run.after_offboard_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.land_by_others" | "run.no_valid_mission" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_on_open_link" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.gripper_by_task" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.hold_over_as" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.other_mission" | "drop.not_current" | "drop.position_old" | "drop.no_gnss" | "drop.too_far" | "drop.wrong_height" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_may_have_passed" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_opening_unseen" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.not_taken" | "job.never_came" | "job.claim_cleared" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.all_rejected" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "task.paused" | "task.client_flies" | "task.leaving" | "task.leaving_failed" | "task.none_left" | "task.ended_before_answer" | "webhook.disabled" | "webhook.gone";
+        ReasonCode: "vehicle.two_clocks" | "vehicle.two_uids" | "vehicle.two_connections" | "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.new_warnings" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.start_held_back" | "run.taken_over_before_start" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.mission_unread" | "run.aborted_unread" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.ended_early_because" | "run.landed_elsewhere" | "run.fell" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.holding_after_failed_drop" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.landing_unseen" | "run.change_refused" | "run.offboard" | "run.after_offboard" | "run.after_offboard_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.terminated" | "run.return_by_others" | "run.land_by_others" | "run.no_valid_mission" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_on_open_link" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.hold_over_as" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.other_mission" | "drop.not_current" | "drop.position_old" | "drop.no_gnss" | "drop.too_far" | "drop.wrong_height" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_may_have_passed" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_opening_unseen" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.not_taken" | "job.never_came" | "job.claim_cleared" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.all_rejected" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "task.paused" | "task.client_flies" | "task.leaving" | "task.leaving_failed" | "task.none_left" | "task.ended_before_answer" | "webhook.disabled" | "webhook.gone";
         /**
          * RebootFault
          * @description Restarts the autopilot once.
@@ -7124,6 +7113,8 @@ export interface components {
             landed: components["schemas"]["LandedState"];
             /** In Failsafe */
             in_failsafe: boolean;
+            /** Is Terminated */
+            is_terminated: boolean;
             /** Latitude Deg */
             latitude_deg: number | null;
             /** Longitude Deg */
@@ -7802,7 +7793,8 @@ export interface components {
         };
         /**
          * VehicleChanged
-         * @description Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user.
+         * @description Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user. `is_terminated`: it has stopped
+         *     the motors, by a failsafe or the kill switch.
          */
         VehicleChanged: {
             mode: components["schemas"]["FlightMode"] | null;
@@ -7811,11 +7803,17 @@ export interface components {
             landed: components["schemas"]["LandedState"];
             /** In Failsafe */
             in_failsafe: boolean;
+            /**
+             * Is Terminated
+             * @default false
+             */
+            is_terminated: boolean;
             vtol_state: components["schemas"]["VtolState"] | null;
         };
         /**
          * VehicleChangedEvent
-         * @description Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user.
+         * @description Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user. `is_terminated`: it has stopped
+         *     the motors, by a failsafe or the kill switch.
          */
         VehicleChangedEvent: {
             /**

@@ -21,6 +21,7 @@ export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
     armed: false,
     landed: "on_ground",
     in_failsafe: false,
+    is_terminated: false,
     latitude_deg: 47.4,
     longitude_deg: 8.55,
     absolute_altitude_m: 488,

@@ -179,7 +179,7 @@ _LINK_LOSS: Final[Mapping[int, Literal["continue", "hold", "return", "land"]]] =
     3: "land",
 }
 """NAV_DLL_ACT. A plan cannot rely on 5 (terminate) and 6 (disarm)."""
-_ONLY_WATCHES: Final = {0: "flies on", 1: "only warns and flies on"}
+_NOT_KEPT_INSIDE: Final = {0: "flies on", 1: "only warns and flies on", 4: "stops its motors for good"}
 """GF_ACTION."""
 _ALONG_ITEMS: Final = (2, 4)
 _CHOICES: Final = {
@@ -250,7 +250,7 @@ class Px4Settings:
         """GF_ACTION."""
         action = int(parameter(self.facts, "GF_ACTION"))
         setting = Setting("GF_ACTION", action, "set GF_ACTION to 2 (hold) or 3 (return)")
-        return FenceBreach(_ONLY_WATCHES.get(action, ""), setting)
+        return FenceBreach(_NOT_KEPT_INSIDE.get(action, ""), setting)
 
     @property
     def link_loss(self) -> LinkLoss:

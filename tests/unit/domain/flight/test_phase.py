@@ -62,6 +62,7 @@ def seen(view: PhaseFacts = FLYING, **state: object) -> PhaseFacts:
         (seen(mode=FlightMode.LAND), RunState.RETURNING, ReasonCode.LAND_BY_OTHERS),
         (seen(mode=FlightMode.LAND, in_failsafe=True), RunState.RETURNING, ReasonCode.FAILSAFE_MODE),
         (seen(mode=FlightMode.DESCEND, in_failsafe=True), RunState.RETURNING, ReasonCode.FAILSAFE_MODE),
+        (seen(in_failsafe=True, is_terminated=True), RunState.RETURNING, ReasonCode.TERMINATED),
         (seen(armed=False), RunState.LANDED, None),
     ],
 )

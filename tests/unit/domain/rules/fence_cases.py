@@ -219,6 +219,15 @@ GEOFENCE_CASES = [
         facts(GF_ACTION=3),
     ),
     Case(
+        "geofence.not_enforced",
+        "/geofence",
+        multicopter(waypoint(), geofence=NEAR_FENCE),
+        multicopter(waypoint(), geofence=NEAR_FENCE),
+        facts(GF_ACTION=4),
+        facts(GF_ACTION=5),
+        about="terminated",
+    ),
+    Case(
         "geofence.little_room",
         "/items/1",
         fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -30, 10)]}),

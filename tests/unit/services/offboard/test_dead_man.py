@@ -112,6 +112,14 @@ async def test_a_mode_that_somebody_else_commands_ends_the_stream_and_is_not_fou
         assert mode.value in words(lease["reason"])
 
 
+async def test_a_termination_ends_the_stream_although_the_mode_stays() -> None:
+    async with controlled_vehicle() as quad:
+        await quad.flown()
+        quad.vehicle.put(in_failsafe=True, is_terminated=True)
+        assert await quad.quiet() == 0
+        assert "a failsafe is active" in describe(quad.control.reason)
+
+
 @pytest.mark.parametrize("fact", [LinkLost(3.0), Rebooted(), DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS))])
 async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
     fact: LinkLost | Rebooted | DuplicateSystem,

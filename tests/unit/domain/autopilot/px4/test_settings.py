@@ -65,6 +65,6 @@ def test_com_low_bat_act_says_whether_it_acts_by_itself(action: int, only_warns:
     assert (None if low.acts_below is None else round(low.acts_below.value, 6)) == below
 
 
-@pytest.mark.parametrize(("action", "stays"), [(0, False), (1, False), (2, True), (3, True)])
+@pytest.mark.parametrize(("action", "stays"), [(0, False), (1, False), (2, True), (3, True), (4, False)])
 def test_gf_action_says_whether_it_stays_inside(action: int, stays: bool) -> None:
     assert (as_set("GF_ACTION", action).fence_breach.ignored == "") is stays
