@@ -140,6 +140,10 @@ class ReasonCode(StrEnum):
         "run.failsafe_mode",
         "the vehicle is in {mode} mode: a failsafe is active; Waydrop sends no commands",
     )
+    HOME_MOVED = (
+        "run.home_moved",
+        "home was moved {moved_m:.1f} m {direction} in flight, not by Waydrop: the altitudes above home moved with it",
+    )
     TERMINATED = (
         "run.terminated",
         "the flight was terminated: a failsafe or the kill switch has stopped the motors; no command is obeyed",

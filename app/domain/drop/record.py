@@ -73,7 +73,7 @@ class DropRecord(FrozenForm):
     """The evidence of one drop. Times are in Unix seconds; offsets are metres from the planned point.
 
     Measurements (`latitude_deg` to `battery_percent`) are taken when the release is sent or the item is passed.
-    `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
+    `relative_altitude_m` is above the home of the takeoff, `absolute_altitude_m` above mean sea level.
 
     `commanded_at` is when a release was sent, `acknowledged_*` the answer of the vehicle (COMMAND_ACK of DO_GRIPPER),
     `output_*` the gripper output of the autopilot (SERVO_OUTPUT_RAW), `sensed_at` when a sensor detected the release.

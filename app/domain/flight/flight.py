@@ -28,6 +28,7 @@ from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.flight.trackers import (
     CommandTracker,
+    HomeTracker,
     LinkTracker,
     LostMissionTracker,
     OffboardTracker,
@@ -188,6 +189,7 @@ class Flight:
     target: TargetTracker = field(default_factory=TargetTracker)
     other_mission: OtherMissionTracker = field(default_factory=OtherMissionTracker)
     lost_mission: LostMissionTracker = field(default_factory=LostMissionTracker)
+    home: HomeTracker = field(default_factory=HomeTracker)
     change: PendingChange | None = None
     skip_to: int = 0
     mission_done: bool = False
@@ -302,10 +304,13 @@ class Flight:
         return self.touchdown.why_fallen(state, self.segment.plan.vehicle_type)
 
     def having_taken_off(self, observed: Observation) -> Flight:
-        """With home as it was when the vehicle was first seen in the air."""
+        """With home as it was when the vehicle was first seen in the air, and as it was moved since."""
         home = observed.state.home
         is_first = self.run.home is None and home is not None and is_airborne(observed.state)
-        return self.with_run(observed, home=home) if is_first else self
+        flight = self.with_run(observed, home=home) if is_first else self
+        if flight.segment.plan.vehicle_type is VehicleType.ROVER or not is_airborne(observed.state):
+            return flight  # PX4 itself moves home of a rover, and of a vehicle that disarms
+        return replace(flight, home=flight.home.seen(flight.run.home, home))
 
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle. One whose mission was done while the link was lost has flown.
@@ -359,6 +364,7 @@ class Flight:
             self.run.commanded,
             is_changing=self.is_changing,
             carries_other=self.names_other(observed.state),
+            home_moved_m=self.home.moved_m,
             targets=observed.targets,
         )
 

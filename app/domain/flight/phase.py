@@ -44,8 +44,8 @@ class PhaseFacts:
     `was_returning` and `was_landed` whether the run was in that state at the last observation, `paused_for` the reason
     of a run that was paused then. `is_down` and `is_on_mission`: see Flight. `returns_at_end`: the mission's last item
     is a return. `carries_other`: another client has replaced the mission. `lost_mission_for`: why the autopilot has
-    dropped it. `after_offboard`: offboard control was active since the last command. For `mode_is_settled` and
-    `by_failsafe` see ModeTracker.
+    dropped it. `home_moved`: that somebody moved home in flight. `after_offboard`: offboard control was active since
+    the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -72,6 +72,7 @@ class PhaseFacts:
     is_left_at_start: bool = False
     carries_other: bool = False
     lost_mission_for: Reason | None = None
+    home_moved: Reason | None = None
 
     @property
     def in_failsafe(self) -> bool:
@@ -171,7 +172,7 @@ def _no_reason(_: PhaseFacts) -> None:
 
 def _why_at_drop(facts: PhaseFacts) -> Reason | None:
     if not facts.asks_consent_to:
-        return None
+        return facts.home_moved
     return Reason.of(ReasonCode.WAITS_FOR_CONSENT, plan_item_id=facts.asks_consent_to)
 
 
@@ -257,7 +258,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     ),
     PhaseRow(_ON_MISSION, lambda f: f.carries_other, _S.PAUSED, _because(ReasonCode.OTHER_MISSION_ON_BOARD)),
     PhaseRow(_ON_MISSION, lambda f: f.at_drop, _S.AT_DROP, _why_at_drop),
-    PhaseRow(_ON_MISSION, _always, _S.FLYING, _no_reason),
+    PhaseRow(_ON_MISSION, _always, _S.FLYING, lambda f: f.home_moved),
     PhaseRow(_in(FlightMode.RETURN), _always, _S.RETURNING, _why_returning),
     PhaseRow(_in(FlightMode.LAND), _always, _S.RETURNING, _why_landing),
     PhaseRow(_in(FlightMode.DESCEND), _always, _S.RETURNING, _because_of_failsafe_mode),

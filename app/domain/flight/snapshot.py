@@ -26,8 +26,8 @@ class VehicleSnapshot:
 
     `clock_rate` is 1 until it is measured, about a second after the first position. `commanded`: see Run.
     `is_changing`: another mission is being transferred or may be on board. `carries_other`: another client has replaced
-    the mission. `targets`: the moving targets of the drops,
-    by feed.
+    the mission. `home_moved_m`: how far up somebody has moved home in flight. `targets`: the moving targets of the
+    drops, by feed.
     """
 
     state: VehicleState
@@ -38,7 +38,14 @@ class VehicleSnapshot:
     commanded: RunAction | None = None
     is_changing: bool = False
     carries_other: bool = False
+    home_moved_m: float = 0.0
     targets: Mapping[str, TargetFix] = field(default_factory=dict)
+
+    @property
+    def relative_altitude_m(self) -> float | None:
+        """Above the home of the takeoff, from where the plan's altitudes count."""
+        told_m = self.state.relative_altitude_m
+        return None if told_m is None else told_m + self.home_moved_m
 
     @property
     def mode_for_drops(self) -> FlightMode | None:
@@ -61,11 +68,11 @@ def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
     return distance_m(state.latitude_deg, state.longitude_deg, compiled.latitude_deg, compiled.longitude_deg)
 
 
-def height_error_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
+def height_error_m(seen: VehicleSnapshot, compiled: CompiledDrop) -> float | None:
     """Return how far the vehicle is above or below where it is to hover, in the plan's own frame; None if unknown."""
     for is_m, planned_m in (
-        (state.relative_altitude_m, compiled.relative_altitude_m),
-        (state.absolute_altitude_m, compiled.absolute_altitude_m),
+        (seen.relative_altitude_m, compiled.relative_altitude_m),
+        (seen.state.absolute_altitude_m, compiled.absolute_altitude_m),
     ):
         if is_m is not None and planned_m is not None:
             return abs(is_m - planned_m)
@@ -81,7 +88,7 @@ _MEASURED = (
 def where(seen: VehicleSnapshot, compiled: CompiledDrop) -> dict[str, object]:
     """Where the vehicle is now and how well that is known, for the evidence."""
     measured: dict[str, object] = {name: getattr(seen.state, name) for name in _MEASURED}
-    return {**measured, "offset_m": offset_m(seen.state, compiled)}
+    return {**measured, "relative_altitude_m": seen.relative_altitude_m, "offset_m": offset_m(seen.state, compiled)}
 
 
 def with_command(record: DropRecord, attempt: int, seen: VehicleSnapshot, compiled: CompiledDrop) -> DropRecord:

@@ -383,6 +383,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         is_left_at_start=flight.is_left_at_start,
         carries_other=flight.other_mission.is_settled(now_s),
         lost_mission_for=flight.lost_mission.reason,
+        home_moved=flight.home.reason,
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )
 

@@ -50,7 +50,7 @@ from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import VehicleState, mission_is_sure
 
 _MEASURED: Final = (
-    *("ground_speed_m_s", "relative_altitude_m", "landed", "position_age_s"),
+    *("ground_speed_m_s", "landed", "position_age_s"),
     *("battery_percent", "gnss_satellites"),
 )
 LEFT_HOLD: Final = Reason.of(ReasonCode.CONSENT_LEFT_HOLD)
@@ -65,7 +65,12 @@ def asked(gate: ConsentGate, seen: VehicleSnapshot, compiled: CompiledDrop, hold
         question=gate.question,
         asked_at=seen.time_s,
         deadline_at=seen.time_s + gate.deadline_s - seen.now_s,
-        checked=ConsentChecks(offset_m=offset_m(seen.state, compiled), hold_left_s=hold_left_s, **measured),
+        checked=ConsentChecks(
+            offset_m=offset_m(seen.state, compiled),
+            relative_altitude_m=seen.relative_altitude_m,
+            hold_left_s=hold_left_s,
+            **measured,
+        ),
     )
 
 
@@ -197,7 +202,7 @@ class SupervisedRelease:
             ground_speed_m_s=state.ground_speed_m_s,
             position_age_s=state.position_age_s,
             gnss_fix=state.gnss_fix,
-            height_error_m=height_error_m(state, self.compiled),
+            height_error_m=height_error_m(seen, self.compiled),
             gripper_output_us=state.gripper_output_us if has_gripper else None,
             gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
             target=self._target(seen),

@@ -10,7 +10,7 @@ from app.domain.flight.inputs import SETTLED_S
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction
 from app.domain.vehicle.facts import MavSeverity, StatusText
-from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
+from app.domain.vehicle.state import FlightMode, GlobalPosition, MissionState, VehicleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +103,38 @@ class OtherMissionTracker:
     def is_settled(self, now_s: float) -> bool:
         """Whether it is no late message: after an upload MISSION_CURRENT may name the mission before."""
         return self.since_s is not None and now_s - self.since_s > SETTLED_S
+
+
+HOME_CORRECTED_M: Final = 3.0
+"""PX4 itself corrects the altitude of home in steps of about 1 m, in the first two minutes after a takeoff (source)."""
+
+
+@dataclass(frozen=True, slots=True)
+class HomeTracker:
+    """Whether somebody has moved home of a vehicle in the air: PX4 flies all altitudes above home from there then.
+
+    `altitude_m` (AMSL): from where the plan's altitudes count; None: not known. `moved_m`: how far up home was moved.
+    """
+
+    altitude_m: float | None = None
+    moved_m: float = 0.0
+
+    def seen(self, took_off_from: GlobalPosition | None, now: GlobalPosition | None) -> HomeTracker:
+        """After an observation in the air."""
+        if took_off_from is None or now is None:
+            return self
+        altitude_m = took_off_from.altitude_m if self.altitude_m is None else self.altitude_m
+        moved_m = now.altitude_m - altitude_m
+        is_corrected = abs(moved_m) <= HOME_CORRECTED_M
+        return HomeTracker(now.altitude_m) if is_corrected else HomeTracker(altitude_m, round(moved_m, 1))
+
+    @property
+    def reason(self) -> Reason | None:
+        """None while home is where it was."""
+        if not self.moved_m:
+            return None
+        direction = "up" if self.moved_m > 0.0 else "down"
+        return Reason.of(ReasonCode.HOME_MOVED, moved_m=abs(self.moved_m), direction=direction)
 
 
 TEXT_BEFORE_S: Final = 3.0

@@ -9,7 +9,7 @@ import pytest
 from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import Certainty, DropOutcome
 from app.domain.drop.supervised_inputs import DropTerms
-from app.domain.flight.snapshot import height_error_m
+from app.domain.flight.snapshot import VehicleSnapshot, height_error_m
 from app.domain.mission import CompiledDrop
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
@@ -92,7 +92,7 @@ IS_AT = VehicleState(relative_altitude_m=31.5, absolute_altitude_m=519.0)
 def test_the_height_is_compared_in_the_frame_of_the_plan_and_only_where_the_vehicle_hovers(
     plan: Plan, error_m: float | None
 ) -> None:
-    assert height_error_m(IS_AT, drop_of(plan)) == error_m
+    assert height_error_m(VehicleSnapshot(IS_AT, 0.0, 0.0, 1.0), drop_of(plan)) == error_m
     assert (DropTerms.of(drop_of(plan), 2.0).max_height_error_m is None) == (error_m is None)
 
 
@@ -100,4 +100,4 @@ def test_an_alternate_has_a_height_of_its_own() -> None:
     there = at(0, 120, relative_altitude_m=20, id="locker", hold_s=20)
     alternate = drop_of(multicopter(waypoint(altitude_m=30), gripper(mode="supervised", alternate=there))).alternate
     assert alternate is not None
-    assert height_error_m(IS_AT, alternate) == 11.5
+    assert height_error_m(VehicleSnapshot(IS_AT, 0.0, 0.0, 1.0), alternate) == 11.5
