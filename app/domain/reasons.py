@@ -111,6 +111,7 @@ class ReasonCode(StrEnum):
         "the mission is complete; the vehicle holds where it ended",
     )
     PAUSED_AS_ASKED = "run.paused_as_asked", "paused by command"
+    PAUSED_AMID_FAILSAFE = "run.paused_amid_failsafe", "paused by command, which cancelled a failsafe: {cause}"
     HOLDING_AFTER_FAILED_DROP = (
         "run.holding_after_failed_drop",
         "a drop failed; holding, as the plan specifies",

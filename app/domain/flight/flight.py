@@ -22,7 +22,7 @@ from app.domain.flight.inputs import (
 )
 from app.domain.flight.landing import RETURNS, HeightTracker, Touchdown, is_near
 from app.domain.flight.modes import ModeTracker
-from app.domain.flight.phase import STOPPED_M_S, is_airborne, is_offboard_reason
+from app.domain.flight.phase import STOPPED_M_S, failsafe_of, is_airborne, is_offboard_reason
 from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
@@ -171,7 +171,8 @@ class Flight:
     `touchdown` is how it came to stand on the ground; None in the air. `in_sight` is the last observation before that
     on a link that held: what comes first after a loss is partly from before, and `height` the altitudes of its last
     seconds. `is_on_mission`: it was seen in
-    Mission mode, and since then in that and Hold mode only. `effects` are those of the current step.
+    Mission mode, and since then in that and Hold mode only. `cancelled_failsafe` is what
+    the last command, a pause, was commanded amid. `effects` are those of the current step.
     """
 
     run: Run
@@ -190,6 +191,7 @@ class Flight:
     other_mission: OtherMissionTracker = field(default_factory=OtherMissionTracker)
     lost_mission: LostMissionTracker = field(default_factory=LostMissionTracker)
     home: HomeTracker = field(default_factory=HomeTracker)
+    cancelled_failsafe: Reason | None = None
     change: PendingChange | None = None
     skip_to: int = 0
     mission_done: bool = False
@@ -217,6 +219,7 @@ class Flight:
             lost_after_s,
             default_max_offset_m,
             OffboardTracker(is_offboard_reason(run.reason)),
+            cancelled_failsafe=None if run.state is not RunState.PAUSED else failsafe_of(run.reason),
         )
 
     @property

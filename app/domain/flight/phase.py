@@ -25,6 +25,7 @@ on a deck.
 _OFFBOARD_REASONS: Final = frozenset(
     {ReasonCode.OFFBOARD, ReasonCode.AFTER_OFFBOARD, ReasonCode.AFTER_OFFBOARD_FAILSAFE}
 )
+_FAILSAFES: Final = frozenset({ReasonCode.FAILSAFE, ReasonCode.FAILSAFE_MODE})
 _THROUGH_HOLD: Final = {
     RunAction.RETURN: ReasonCode.RETURNING_AS_ASKED,
     RunAction.LAND: ReasonCode.LANDING_AS_ASKED,
@@ -44,8 +45,8 @@ class PhaseFacts:
     `was_returning` and `was_landed` whether the run was in that state at the last observation, `paused_for` the reason
     of a run that was paused then. `is_down` and `is_on_mission`: see Flight. `returns_at_end`: the mission's last item
     is a return. `carries_other`: another client has replaced the mission. `lost_mission_for`: why the autopilot has
-    dropped it. `home_moved`: that somebody moved home in flight. `after_offboard`: offboard control was active since
-    the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
+    dropped it. `home_moved`: that somebody moved home in flight. `cancelled_failsafe`: see Flight. `after_offboard`:
+    offboard control was active since the last command. For `mode_is_settled` and `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -73,6 +74,7 @@ class PhaseFacts:
     carries_other: bool = False
     lost_mission_for: Reason | None = None
     home_moved: Reason | None = None
+    cancelled_failsafe: Reason | None = None
 
     @property
     def in_failsafe(self) -> bool:
@@ -184,6 +186,8 @@ def _why_paused(facts: PhaseFacts) -> Reason:
     """The pause for offboard control was commanded; resuming after it was not."""
     if not facts.after_offboard:
         by_plan = facts.commanded is RunAction.CONTINGENCY_HOLD
+        if facts.cancelled_failsafe is not None and not by_plan:
+            return Reason.of(ReasonCode.PAUSED_AMID_FAILSAFE, facts.cancelled_failsafe)
         return Reason.of(ReasonCode.HOLDING_AFTER_FAILED_DROP if by_plan else ReasonCode.PAUSED_AS_ASKED)
     return Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE if facts.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
 
@@ -348,6 +352,13 @@ def reason_left_open(last: RunState, reason: Reason | None) -> Reason:
 def is_offboard_reason(reason: Reason | None) -> bool:
     """Whether the reason says that the vehicle is or was under offboard control."""
     return reason is not None and reason.code in _OFFBOARD_REASONS
+
+
+def failsafe_of(reason: Reason | None) -> Reason | None:
+    """The failsafe that a run names, active or cancelled by its pause; None if it names none."""
+    if reason is not None and reason.code is ReasonCode.PAUSED_AMID_FAILSAFE:
+        return reason.cause
+    return reason if reason is not None and reason.code in _FAILSAFES else None
 
 
 def is_airborne(state: VehicleState) -> bool:

@@ -23,7 +23,15 @@ from app.domain.flight.flight import Flight
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import FlightEffect, FlightInput, Observation
 from app.domain.flight.on_mission import OBEYED_IN, STAYS_ON_MISSION, follow_mission, item_reached, item_shown
-from app.domain.flight.phase import PhaseFacts, final_state, is_airborne, is_landing_unsure, phase_of, reason_left_open
+from app.domain.flight.phase import (
+    PhaseFacts,
+    failsafe_of,
+    final_state,
+    is_airborne,
+    is_landing_unsure,
+    phase_of,
+    reason_left_open,
+)
 from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
 from app.domain.plan.intercept import follower_at
@@ -172,7 +180,8 @@ def _recovered(flight: Flight, given: inputs.Recovered) -> Flight:
 
 
 def _command_requested(flight: Flight, given: inputs.CommandRequested) -> Flight:
-    flight = replace(flight, offboard=flight.offboard.commanded())
+    cancelled = failsafe_of(flight.run.reason) if given.action is RunAction.PAUSE else None
+    flight = replace(flight, offboard=flight.offboard.commanded(), cancelled_failsafe=cancelled)
     if given.action is RunAction.LAND and flight.mission_done and given.observed.state.landed is LandedState.ON_GROUND:
         return flight  # it stands where the mission ends
     return flight.with_run(given.observed, commanded=given.action, rally=given.rally)
@@ -384,6 +393,7 @@ def _phase_facts(flight: Flight, state: VehicleState, now_s: float) -> PhaseFact
         carries_other=flight.other_mission.is_settled(now_s),
         lost_mission_for=flight.lost_mission.reason,
         home_moved=flight.home.reason,
+        cancelled_failsafe=flight.cancelled_failsafe,
         asks_consent_to=next((r.record.plan_item_id for r in flight.segment.supervised if r.is_asking), ""),
     )
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Final, Protocol
 
+from app.domain.autopilot import behaviour
 from app.domain.errors import ConflictError, PlanRejectedError, VehicleBusyError
 from app.domain.flight.modes import armed_by_others
 from app.domain.flight.recovery import RECORDED_VISITS
@@ -134,6 +135,18 @@ def refuse_unfit_vehicle(vehicle: FleetVehicle, taken_by: str | None) -> None:
         raise ConflictError(f"the link to vehicle {vehicle.id} is lost", hint="wait until it is connected")
     if state.armed:
         raise armed_by_others(f"vehicle {vehicle.id}", state.mode)
+
+
+def refuse_critical_battery(facts: VehicleProfile) -> None:
+    """A vehicle that holds with such a battery had its failsafe cancelled, and PX4 does not act again at that level: it
+    flew its mission on at 6 % and came down in a field (flown). Raises ConflictError.
+    """
+    acts_below, percent = behaviour(facts).low_battery.acts_below, facts.battery_percent
+    if acts_below is not None and percent is not None and percent <= acts_below.value:
+        raise ConflictError(
+            f"the battery has {percent:g} %, where the vehicle's failsafe acts ({acts_below}): a command cancelled it",
+            hint="return or land",
+        )
 
 
 def refuse_other_or_moving(run: Run, link: VehicleLink) -> None:

@@ -30,6 +30,7 @@ from app.services.runs.changing import ChangeRequest
 from app.services.runs.flight import RunFlight
 from app.services.runs.gates import (
     compiled_and_predicted,
+    refuse_critical_battery,
     refuse_other_or_moving,
     refuse_unfit_plan,
     refuse_unfit_vehicle,
@@ -189,8 +190,10 @@ class Runs:
         return flight.run
 
     async def resume(self, run_id: str) -> Run:
-        """Fly on. Raises NotFoundError, WrongStateError, LinkError."""
+        """Fly on. Raises NotFoundError, WrongStateError, ConflictError, LinkError."""
         flight = await self._flight(run_id, "resume")
+        if flight.run.state is RunState.PAUSED and not flight.flight.is_in_final_return:
+            refuse_critical_battery(await self._fleet.facts(flight.run.vehicle_id))
         await flight.resume()
         return flight.run
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from app.domain.errors import VehicleInFailsafeError
+from app.domain.errors import ConflictError, VehicleInFailsafeError
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode
@@ -56,3 +58,38 @@ async def test_a_hold_that_is_all_that_the_failsafe_does_is_left_by_the_user() -
         service.vehicle.put(failsafe_delay_s=9.0)
         await service.runs.resume(service.run_id)
         await service.until_state(RunState.FLYING)
+
+
+async def paused_amid_return(service: RunService, battery_percent: float | None) -> None:
+    """Its battery lets it return, and a user pauses that (flown)."""
+    acts = {**service.vehicle.facts.parameters, "COM_LOW_BAT_ACT": 3, "BAT_CRIT_THR": 0.07}
+    service.vehicle.facts = replace(service.vehicle.facts, parameters=acts)
+    await fly(service)
+    service.vehicle.put(mode=FlightMode.RETURN, in_failsafe=True, battery_percent=battery_percent)
+    await service.until(lambda: service.run.reason == Reason.of(ReasonCode.FAILSAFE), "the failsafe shows")
+    await service.runs.pause(service.run_id)
+    service.vehicle.put(in_failsafe=False)
+    await service.until(lambda: service.run.reason == CANCELLED, "the run says what the pause has done")
+
+
+CANCELLED = Reason.of(ReasonCode.PAUSED_AMID_FAILSAFE, Reason.of(ReasonCode.FAILSAFE))
+
+
+async def test_a_mission_is_not_flown_on_with_a_battery_at_which_the_cancelled_failsafe_acted() -> None:
+    async with run_service() as service:
+        await paused_amid_return(service, 6.0)
+        sent = list(service.vehicle.sent)
+        with pytest.raises(ConflictError, match="6 %"):
+            await service.runs.resume(service.run_id)
+        assert (service.vehicle.sent, service.run.state) == (sent, RunState.PAUSED)
+        await service.runs.return_to_launch(service.run_id)
+        assert service.vehicle.sent[-1] == "return"
+
+
+@pytest.mark.parametrize("battery_percent", [None, 8.0])
+async def test_with_a_battery_that_is_not_known_to_be_critical_it_is(battery_percent: float | None) -> None:
+    async with run_service() as service:
+        await paused_amid_return(service, battery_percent)
+        await service.runs.resume(service.run_id)
+        await service.until_state(RunState.FLYING)
+        assert service.run.reason is None
