@@ -265,7 +265,21 @@ def _observe_drops(flight: Flight, observed: Observation) -> Flight:
         if not release.is_over:
             after, commands = release.observe(snapshot, flight.progress)
             flight = flight.with_release(observed, after).commanding(*commands)
-    return _seen_near(flight, observed)
+    return _seen_near(_passed_unseen(flight, observed), observed)
+
+
+def _passed_unseen(flight: Flight, observed: Observation) -> Flight:
+    """A supervised drop that the mission passed in a loss of the link, with nothing but its return left: it is not
+    waited for until the end. In Mission mode the drop itself sees that it was passed, and the plan decides.
+    """
+    returns = observed.state.mode is FlightMode.RETURN and flight.is_in_final_return
+    if flight.link.is_just_back or not (flight.mission_done or returns) or flight.run.commanded not in STAYS_ON_MISSION:
+        return flight
+    for release in flight.segment.supervised:
+        if release.is_passed(flight.progress):
+            passed = release.ended(Reason.of(ReasonCode.DROP_HOLD_NOT_SEEN), observed.now_s)
+            flight = flight.with_release(observed, passed)
+    return flight
 
 
 def _seen_near(flight: Flight, observed: Observation) -> Flight:

@@ -158,6 +158,11 @@ class SupervisedRelease:
     def is_active(self) -> bool:
         return not self.is_over and self.machine.phase in (DropPhase.HOLDING, DropPhase.ASKING, DropPhase.RELEASING)
 
+    def is_passed(self, progress: MissionProgress) -> bool:
+        """Whether the mission has passed it, and it still waits. An alternate may be passed without a visit."""
+        waits = self.machine.phase is DropPhase.WAITING and self.record.alternate_to is None
+        return waits and progress.passed_to >= max(self.compiled.hold_seqs)
+
     @property
     def is_asking(self) -> bool:
         """Whether a consent request is pending."""
