@@ -71,6 +71,12 @@ class Setpoint:
     approach_slope: float = math.nan
     """Fixed wing LAND: height over distance."""
 
+    def raise_by(self, metres: float) -> None:
+        """All heights of it."""
+        self.up_m += metres
+        self.previous_up_m += metres
+        self.next_up_m += metres
+
     @property
     def point(self) -> tuple[float, float]:
         """North, east."""

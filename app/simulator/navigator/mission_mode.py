@@ -134,6 +134,7 @@ class MissionMode:
         self._has_ended = False
         """After its last item PX4 has no current item; Return or Land mode does not change that."""
         self._pending_seq: int | None = None
+        self._leg_home = context.home
         self._resolved: tuple[Item, Home, int, Target] | None = None
 
     # requests -----------------------------------------------------------------------------------------------
@@ -211,6 +212,7 @@ class MissionMode:
             if self._preparation.step(item, self._target(item) if item.has_position else None):
                 self._execute(item)
             return
+        self._follow_home(item)
         if not self._completed(item):
             return
         self._report_reached()
@@ -231,6 +233,12 @@ class MissionMode:
             known = (item, home, params.version, target_of(item, self._context.frame, home, params))
             self._resolved = known
         return known[3]
+
+    def _follow_home(self, item: Item) -> None:
+        """The heights of a leg above home move with it (updateMissionAltAfterHomeChanged)."""
+        before, self._leg_home = self._leg_home, self._context.home
+        if item.has_position and item.is_relative and before is not self._leg_home:
+            self._context.setpoint.raise_by(self._leg_home.up_m - before.up_m)
 
     def _go_to(self, seq: int) -> None:
         self._has_ended = False
@@ -303,6 +311,7 @@ class MissionMode:
         context = self._context
         body = context.state.body
         self._arrival.start()
+        self._leg_home = context.home
         kind, up_m = SetpointKind.POSITION, target.up_m
         if target.is_takeoff and (context.state.status.landed or body.on_ground):
             kind = SetpointKind.TAKEOFF

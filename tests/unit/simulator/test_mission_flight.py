@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from app.simulator.wire import Cmd, LandedState, Mode
+from app.simulator.wire import Cmd, LandedState, Mode, Result
 from tests.support.simulated_vehicle import RELEASE, RETURN, GroundStation, Plan, do, land, takeoff, waypoint
 
 GROUND, AIR, UP, DOWN = LandedState.ON_GROUND, LandedState.IN_AIR, LandedState.TAKEOFF, LandedState.LANDING
@@ -166,3 +166,17 @@ def test_a_plane_shows_takeoff_on_the_runway_and_landing_with_the_land_item() ->
     gcs.fly(1.0)
     assert landed_states(gcs) == [GROUND, UP, AIR, DOWN, GROUND]
     assert gcs.last("HEARTBEAT").custom_mode == Mode.MISSION
+
+
+def test_a_home_that_is_moved_in_flight_moves_all_altitudes_above_it() -> None:
+    """PX4 flew its drop 25 m above the ground of the takeoff instead of 15 (flown)."""
+    gcs = GroundStation()
+    gcs.start([takeoff(15), waypoint(60, 0, 15), waypoint(90, 0, 15), RETURN])
+    gcs.until(lambda: gcs.vehicle.state.body.up_m > 14.5)
+    gcs.fly(3.0)
+    home = gcs.last("HOME_POSITION")
+    raised = (home.latitude / 1e7, home.longitude / 1e7, home.altitude / 1e3 + 10.0)
+    assert gcs.command(Cmd.DO_SET_HOME, 0, 0, 0, 0, *raised) == [Result.ACCEPTED]
+    gcs.until(lambda: seqs(gcs)[-1] == 2)
+    assert gcs.vehicle.state.body.up_m == pytest.approx(25.0, abs=1.0)
+    assert gcs.last("GLOBAL_POSITION_INT").relative_alt == pytest.approx(15_000, abs=1_000)
