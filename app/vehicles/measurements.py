@@ -42,7 +42,7 @@ _NOT_GONE_BACK_TO: Final = frozenset({FlightMode.RETURN, FlightMode.LAND, Flight
 """Modes in which PX4 cannot be armed, or may not: it does not keep them when it disarms."""
 _CRITICAL: Final = 5
 _TERMINATED: Final = 8
-"""MAV_STATE_FLIGHT_TERMINATION, by a failsafe or the kill switch. From v1.17 PX4 shows no mode of its own for it."""
+"""MAV_STATE_FLIGHT_TERMINATION, by a failsafe or the kill switch. PX4 v1.19 shows no mode of its own for it."""
 _NO_MISSION_TOTAL: Final = 65535
 _HEADING_UNKNOWN: Final = 65535
 _HDOP_UNKNOWN: Final = 65535

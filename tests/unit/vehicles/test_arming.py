@@ -127,7 +127,7 @@ async def test_a_vehicle_that_goes_on_reporting_disarmed_was_disarmed_by_somebod
         await asyncio.sleep(0.05)
     with pytest.raises(VehicleTakenError, match="disarmed again, not by Waydrop") as caught:
         await waiting
-    assert caught.value.extra == {"mode": "hold", "armed": False}
+    assert caught.value.extra == {"mode": "hold", "armed": False, "texts": ()}
 
 
 async def test_without_a_heartbeat_nobody_knows_whether_it_is_armed() -> None:

@@ -7,7 +7,6 @@ import json
 import pytest
 
 from app.domain.cluster.envelope import (
-    SITE,
     BrokenChainError,
     Envelope,
     EnvelopeVersionError,
@@ -16,6 +15,7 @@ from app.domain.cluster.envelope import (
     new_events,
     site_of,
 )
+from app.domain.cluster.site import SITE
 from app.domain.errors import InvalidInputError
 from app.domain.events.event import GENESIS, JournalHead, event_hash
 

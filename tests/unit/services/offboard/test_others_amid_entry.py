@@ -159,7 +159,7 @@ async def test_who_takes_the_lease_over_during_an_entry_has_not_entered(at: Offb
         quad.control.offer(anns, "ben" if is_offered else None)
         quad.take("ben", override=not is_offered)
         assert quad.control.state is OffboardState.LEASED
-        with pytest.raises(LeaseLostError, match="the entry was aborted"):
+        with pytest.raises(LeaseLostError, match="the lease ended meanwhile: ben has acquired it"):
             await entering
         answers.set()
         quad.vehicle.hold_gate.set()
