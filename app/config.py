@@ -46,7 +46,7 @@ OFF: Final = "off"
 BASEMAP_STYLES: Final = ("https://tiles.openfreemap.org/styles/positron", "https://tiles.openfreemap.org/styles/dark")
 """For the light and the dark theme. OpenFreeMap serves styles, tiles and sprites from one host, without keys."""
 _POSTGRES = re.compile(
-    r"postgres(ql)?://([^:/@]*(:[^@]*)?@)?(\[[0-9A-Fa-f:.]+\]|[^][/:?#@]*)(:(?P<port>\d{1,5}))?(/[^/?#]*)?"
+    r"postgres(ql)?(\+asyncpg)?://([^:/@]*(:[^@]*)?@)?(\[[0-9A-Fa-f:.]+\]|[^][/:?#@]*)(:(?P<port>\d{1,5}))?(/[^/?#]*)?"
     r"(\?(&?((host|passfile|target_session_attrs)=[^&#]+|ssl=(disable|allow|prefer|require|verify-ca|verify-full)))+)?"
 )
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial)://\S+$")

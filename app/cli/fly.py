@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 from collections.abc import AsyncIterator, Coroutine
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -132,7 +133,8 @@ def fly(
 async def _until_sigterm(following: Coroutine[Any, Any, ExitStatus]) -> ExitStatus:
     """SIGTERM cancels it, as asyncio.run does at Ctrl-C."""
     task = asyncio.create_task(following)
-    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    with suppress(RuntimeError):  # another thread than the main one gets no signals
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
     await asyncio.wait({task})
     return ExitStatus.TERMINATED if task.cancelled() else task.result()
 

@@ -205,8 +205,8 @@ class TableAccess(Protocol):
         """The rows of a query that sees all that is committed."""
 
 
-BUSY_TIMEOUT_MS: Final = 2000
-"""Another program writes for a moment. A stop of the service waits for what is under way: it takes 3 s at most."""
+BUSY_TIMEOUT_MS: Final = 5000
+"""Another program writes for a moment: until then no event is lost."""
 LOCKED_TIMEOUT_MS: Final = 50
 """Once one write has waited in vain, the next ones only look whether the lock is gone."""
 READERS: Final = 3

@@ -111,7 +111,7 @@ def refuse_lost_journal(journal: Path) -> None:
     if _has_content(journal):
         return
     log, files = journal.with_name(journal.name + "-wal"), journal.with_name("attachments")
-    for left, is_full in ((log, _has_content(log)), (files, files.is_dir() and any(files.iterdir()))):
+    for left, is_full in ((log, _has_content(log)), (files, files.is_dir() and any(files.glob("[0-9a-f][0-9a-f]/*")))):
         if is_full:
             state = "is empty" if journal.exists() else "is gone"
             raise StorageError(

@@ -308,12 +308,20 @@ class Flight:
 
     def having_taken_off(self, observed: Observation) -> Flight:
         """With home as it was when the vehicle was first seen in the air, and as it was moved since."""
-        home = observed.state.home
-        is_first = self.run.home is None and home is not None and is_airborne(observed.state)
-        flight = self.with_run(observed, home=home) if is_first else self
-        if flight.segment.plan.vehicle_type is VehicleType.ROVER or not is_airborne(observed.state):
-            return flight  # PX4 itself moves home of a rover, and of a vehicle that disarms
-        return replace(flight, home=flight.home.seen(flight.run.home, home))
+        home, flight = observed.state.home, self
+        if home is None or not is_airborne(observed.state):
+            return self
+        if self.run.home is None:
+            flight = self.with_run(observed, home=home)
+        if flight.segment.plan.vehicle_type is VehicleType.ROVER:
+            return flight  # PX4 itself moves home of a rover
+        took_off_from = flight.run.home or home
+        told = flight.home.seen(took_off_from, home)
+        if observed.state.landed is LandedState.TAKING_OFF:  # that of the arming is told up to a second later
+            told = HomeTracker()
+        if not told.moved_m and home.altitude_m != took_off_from.altitude_m:  # in the run, for a restart
+            flight = flight.with_run(observed, home=replace(took_off_from, altitude_m=home.altitude_m))
+        return replace(flight, home=told)
 
     def having_landed(self, state: VehicleState) -> Flight:
         """After an observation of a connected vehicle. One whose mission was done while the link was lost has flown.

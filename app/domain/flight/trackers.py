@@ -113,20 +113,15 @@ HOME_CORRECTED_M: Final = 3.0
 class HomeTracker:
     """Whether somebody has moved home of a vehicle in the air: PX4 flies all altitudes above home from there then.
 
-    `altitude_m` (AMSL): from where the plan's altitudes count; None: not known. `moved_m`: how far up home was moved.
+    `moved_m`: how far up home was moved.
     """
 
-    altitude_m: float | None = None
     moved_m: float = 0.0
 
-    def seen(self, took_off_from: GlobalPosition | None, now: GlobalPosition | None) -> HomeTracker:
+    def seen(self, took_off_from: GlobalPosition, now: GlobalPosition) -> HomeTracker:
         """After an observation in the air."""
-        if took_off_from is None or now is None:
-            return self
-        altitude_m = took_off_from.altitude_m if self.altitude_m is None else self.altitude_m
-        moved_m = now.altitude_m - altitude_m
-        is_corrected = abs(moved_m) <= HOME_CORRECTED_M
-        return HomeTracker(now.altitude_m) if is_corrected else HomeTracker(altitude_m, round(moved_m, 1))
+        moved_m = now.altitude_m - took_off_from.altitude_m
+        return HomeTracker(0.0 if abs(moved_m) <= HOME_CORRECTED_M else round(moved_m, 1))
 
     @property
     def reason(self) -> Reason | None:

@@ -341,8 +341,12 @@ class TaskFlight:
         began_s, vehicle = time.monotonic(), self.control.vehicle
         sent = TasksGripper(task_id=task_id, action=action, outcome="sent")
         await self._fleet.store(vehicle, sent)
+        self._refuse_late_gripper(began_s)
         if vehicle.run_id is not None:
             await self._runs.use_gripper(vehicle.run_id)
+        self._refuse_late_gripper(began_s)
+
+    def _refuse_late_gripper(self, began_s: float) -> None:
         if time.monotonic() - began_s > STORED_WITHIN_S:
             raise CommandExpiredError("the command was not sent: its record was stored too late")
         if self.phase is not Phase.FLYING or self.control.state is not OffboardState.ACTIVE:

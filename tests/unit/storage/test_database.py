@@ -43,7 +43,7 @@ async def gateways(database: Database) -> int:
 
 
 @pytest.mark.parametrize(
-    ("pragma", "value"), [("synchronous", FULL), ("journal_mode", "wal"), ("foreign_keys", 1), ("busy_timeout", 2000)]
+    ("pragma", "value"), [("synchronous", FULL), ("journal_mode", "wal"), ("foreign_keys", 1), ("busy_timeout", 5000)]
 )
 async def test_a_commit_is_on_disk_and_keys_are_checked(database: Database, pragma: str, value: object) -> None:
     answer = await database.write(lambda connection: connection.exec_driver_sql(f"PRAGMA {pragma}").scalar_one())
@@ -131,7 +131,7 @@ async def test_one_write_waits_for_another_programs_lock_and_the_next_ones_only_
                     await database.write(insert)
         other.execute("ROLLBACK")
     await database.append(append_one)
-    assert await database.append(lambda one: one.execute("PRAGMA busy_timeout").fetchone()) == (2000,)
+    assert await database.append(lambda one: one.execute("PRAGMA busy_timeout").fetchone()) == (5000,)
 
 
 async def test_a_constraint_is_told_as_the_fault_of_one_call(database: Database) -> None:

@@ -10,7 +10,7 @@ from app.domain.drop.record import DropOutcome
 from app.domain.flight.snapshot import ReleaseCommand
 from app.domain.reasons import ReasonCode
 from app.domain.run.run import RunState
-from app.domain.vehicle.state import GlobalPosition, VehicleState
+from app.domain.vehicle.state import GlobalPosition, LandedState, VehicleState
 from tests.support.flown_flights import Flown
 from tests.support.told_flight import Told
 
@@ -72,3 +72,22 @@ def test_the_evidence_is_above_the_home_of_the_takeoff() -> None:
     told.see(2.0, home=HOME, relative_altitude_m=15.0)
     told.see(1.0, home=at(498.0), relative_altitude_m=5.0)
     assert told.flight.snapshot(told.observed).relative_altitude_m == pytest.approx(15.0)
+
+
+def test_what_px4_corrected_before_a_restart_does_not_add_up() -> None:
+    told = Told()
+    for altitude_m in (488.0, 489.2, 490.4, 491.6):
+        told.see(1.0, home=at(altitude_m))
+    told.restart()
+    told.see(1.0)
+    assert told.run.reason is None
+
+
+def test_the_home_of_the_arming_may_be_told_during_the_takeoff() -> None:
+    """HOME_POSITION comes once a second; GNSS may have drifted by metres since the home before."""
+    told = Told()
+    told.see(1.0, home=HOME, landed=LandedState.TAKING_OFF)
+    told.see(1.0, home=at(492.0), landed=LandedState.TAKING_OFF)
+    told.see(2.0, landed=LandedState.IN_AIR)
+    assert told.run.reason is None
+    assert told.run.home == at(492.0)
