@@ -47,7 +47,8 @@ BASEMAP_STYLES: Final = ("https://tiles.openfreemap.org/styles/positron", "https
 """For the light and the dark theme. OpenFreeMap serves styles, tiles and sprites from one host, without keys."""
 _POSTGRES = re.compile(
     r"postgres(ql)?(\+asyncpg)?://([^:/@]*(:[^@]*)?@)?(\[[0-9A-Fa-f:.]+\]|[^][/:?#@]*)(:(?P<port>\d{1,5}))?(/[^/?#]*)?"
-    r"(\?(&?((host|passfile|target_session_attrs)=[^&#]+|ssl=(disable|allow|prefer|require|verify-ca|verify-full)))+)?"
+    r"(\?(&?((host|passfile|target_session_attrs|prepared_statement_cache_size)=[^&#]+"
+    r"|ssl=(disable|allow|prefer|require|verify-ca|verify-full)))+)?"
 )
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial)://\S+$")
 

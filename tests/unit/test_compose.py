@@ -90,4 +90,10 @@ def test_settings_of_the_env_file_reach_every_service_that_reads_settings() -> N
 def test_nats_takes_large_plans() -> None:
     (config,) = SERVICES["nats"]["configs"]
     assert SERVICES["nats"]["command"][-2:] == ["-c", config["target"]]
-    assert COMPOSE["configs"][config["source"]]["content"] == "max_payload: 8MB"
+    assert "max_payload: 8MB" in (ROOT / COMPOSE["configs"][config["source"]]["file"]).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("kind", ["configs", "secrets"])
+def test_what_a_read_only_container_gets_is_a_file(kind: str) -> None:
+    """Compose refuses to start a container with a read-only root and a config or secret of inline content."""
+    assert all(list(source) == ["file"] for source in COMPOSE[kind].values())

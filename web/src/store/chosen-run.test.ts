@@ -45,6 +45,16 @@ describe("a chosen run that the page does not know", () => {
     expect([selectedRun.value?.id, vehicleId.value, unknownRun.value]).toEqual(["old", "v1", null]);
   });
 
+  it("brings its vehicle from any panel on which it is chosen", async () => {
+    for (const name of ["jobs", "plan", "offboard"] as const) {
+      vehicleId.value = "v2";
+      showPanel(name);
+      selectRun(`old, from ${name}`);
+      await settled();
+      expect([selectedRun.value?.id, vehicleId.value]).toEqual([`old, from ${name}`, "v1"]);
+    }
+  });
+
   it("takes nobody away from what they turned to while it was read", async () => {
     vehicleId.value = "v2";
     selectRun("awaited");

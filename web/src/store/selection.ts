@@ -2,7 +2,7 @@
  * What the operator looks at. It lives in the address (#vehicle=v1&run=r7&panel=run), so a reload or a link keeps it.
  */
 
-import { computed, signal } from "@preact/signals";
+import { batch, computed, signal } from "@preact/signals";
 import { currentRun, newestRuns } from "./runs";
 import { runs, vehicles } from "./store";
 
@@ -48,10 +48,13 @@ export function selectVehicle(id: string): void {
 }
 
 export function selectRun(id: string): void {
-  runId.value = id;
-  vehicleId.value = runs.value[id]?.vehicle_id ?? vehicleId.value;
-  itemId.value = null;
-  showPanel("run");
+  // at once: whoever reads an unknown run moves the selection only if it still is what it was
+  batch(() => {
+    runId.value = id;
+    vehicleId.value = runs.value[id]?.vehicle_id ?? vehicleId.value;
+    itemId.value = null;
+    showPanel("run");
+  });
 }
 
 /** The open run of the chosen vehicle is shown then, else the newest one. */
