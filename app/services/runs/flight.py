@@ -17,19 +17,18 @@ from app.domain.errors import (
     StorageError,
     VehicleRefusedError,
     WaydropError,
-    WrongStateError,
 )
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
 from app.domain.flight.flight import Flight
-from app.domain.flight.inputs import CommandFailed, CommandRequested, RunEnded, StateReached
-from app.domain.flight.modes import armed_by_others, taken_meanwhile
+from app.domain.flight.inputs import CommandFailed, CommandRequested, RunEnded
+from app.domain.flight.modes import taken_meanwhile
 from app.domain.flight.phase import AGREED_S, is_landing_unsure, stands_disarmed
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import BEFORE_FLIGHT, IN_FLIGHT, NOT_STARTED, Run, RunAction, RunState
+from app.domain.run.run import BEFORE_FLIGHT, IN_FLIGHT, Run, RunAction, RunState
 from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode, VehicleType
-from app.services.background import end_tasks
+from app.services.runs.before_flight import BeforeFlight, wrong_state
 from app.services.runs.changing import MissionChanger
 from app.services.runs.commands import FlightCommandSender
 from app.services.runs.disarming import EndDisarming
@@ -62,23 +61,18 @@ class RunFlight:
     ) -> None:
         self._link = link
         self._recorder = recorder
-        self._preparation = preparation
+        self.before_flight = BeforeFlight(link, recorder, preparation, monitor, self._forget_facts)
         self._monitor = monitor
         self.sender = sender
-        self.consents, self.gripper_uses = Consents(monitor, recorder), GripperUses(monitor, recorder)
+        self.consents = Consents(monitor, recorder)
+        self.gripper_uses = GripperUses(monitor, recorder)
         self.changer = changer
         self._disarming = disarming
         self._rally_return = RallyReturn(link, monitor)
         self._settings = settings
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
-        self._start_asked = asyncio.Event()
-        self._abort_asked = asyncio.Event()
-        self._start_task: asyncio.Task[None] | None = None
-        self._held_back: Reason | None = None
         self._acting = asyncio.Lock()
         self._waiting = 0
-        if recorder.run.start_requested and recorder.run.state is RunState.CREATED:
-            self._start_asked.set()  # after a restart of Waydrop nothing starts automatically
 
     @property
     def run(self) -> Run:
@@ -92,13 +86,13 @@ class RunFlight:
 
     def begin(self) -> None:
         """Before `fly`, and stored before it too: the upload of a new run begins."""
-        self._reach(RunState.UPLOADING)
+        self._monitor.reach(RunState.UPLOADING)
 
     async def fly(self, *, uploaded: bool = False, in_flight: bool = False) -> None:
         """The whole run, or the rest of it after a restart of ours. Ends when the run is over, or by cancellation."""
         unsubscribe = self._link.subscribe(self._take)
         try:
-            if in_flight or await self._prepare(uploaded):
+            if in_flight or await self._reaches_flight(uploaded):
                 await self._follow()
         finally:
             unsubscribe()
@@ -106,23 +100,18 @@ class RunFlight:
             await self.sender.close()
             await self._monitor.store_inputs(all_of_them=True)
 
-    def ask_start(self) -> None:
-        """Start an uploaded run. Raises as require_startable."""
-        self.require_startable()
-        self._held_back = None
-        self._start_asked.set()
-
-    def require_startable(self) -> None:
-        """Raises WrongStateError unless a start may be requested, VehicleTakenError if somebody else has armed it."""
-        if self._monitor.run.state not in NOT_STARTED or self._abort_asked.is_set():
-            raise self._wrong("start")
-        if self._link.state().armed:
-            raise armed_by_others(f"vehicle {self._monitor.run.vehicle_id}", self._link.state().mode)
+    async def _reaches_flight(self, uploaded: bool) -> bool:
+        if not await self.before_flight.prepare(uploaded=uploaded):
+            return False
+        if self.before_flight.aborts_in_flight:
+            with contextlib.suppress(WaydropError):  # recorded as an event; an operator can repeat it
+                await self._bring_back()
+        return True
 
     async def abort(self) -> None:
         """Before take-off: cancel and disarm. In flight: return. Raises WrongStateError, LinkError."""
         if self._monitor.run.state in BEFORE_FLIGHT:
-            self._abort_asked.set()
+            self.before_flight.ask_abort()
         else:
             await self._bring_back()
 
@@ -163,35 +152,6 @@ class RunFlight:
     @property
     def _stands_at_start(self) -> bool:
         return self._monitor.flight.stands_at_start(self._link.state())
-
-    def withdraw(self) -> None:
-        """End a run whose vehicle was not told to arm, and certainly is not any more. Idempotent.
-
-        Raises WrongStateError: an arming was sent, or it flies.
-        """
-        run = self._monitor.run
-        if run.is_over and run.started_at is None:
-            return
-        if not self._is_unarmed:
-            raise self._wrong("be taken off the vehicle")
-        self._abort_asked.set()
-        self._break_off_start()
-
-    def hold_back(self, why: Reason) -> None:
-        """End a start that was asked, if it has sent no arming yet: the run is uploaded again, with this reason."""
-        if self._is_unarmed:
-            self._held_back = why
-            self._break_off_start()
-
-    @property
-    def _is_unarmed(self) -> bool:
-        """Whether no arming was sent that may still count."""
-        return self._monitor.run.state in BEFORE_FLIGHT and not self._preparation.may_fly
-
-    def _break_off_start(self) -> None:
-        """Nothing more is sent: a task that is cancelled goes on with its clean-up alone."""
-        if self._start_task is not None:
-            self._start_task.cancel()
 
     async def act(
         self, action: RunAction, command: Callable[[], Awaitable[None]], rally: RallyDestination | None = None
@@ -258,7 +218,7 @@ class RunFlight:
 
     def _require_in_flight(self, action: RunAction) -> None:
         if self._monitor.run.state not in IN_FLIGHT:
-            raise self._wrong(action.value)
+            raise wrong_state(self._monitor.run, action.value)
 
     def _leave_it_landed(self, command: RunCommandName, rally: RallyDestination | None) -> None:
         """Return or Land is no mode for a vehicle that has landed and disarmed. It ends as it would have without."""
@@ -293,7 +253,7 @@ class RunFlight:
         LinkError.
         """
         if self._monitor.run.state is not RunState.PAUSED:
-            raise self._wrong("resume")
+            raise wrong_state(self._monitor.run, "resume")
         if self.changer.is_open:
             raise ChangeUnderWayError(
                 "a mission change is in progress", hint="wait until it is known which mission is on board"
@@ -352,7 +312,7 @@ class RunFlight:
     async def choose_rally(self) -> RallyChoice:
         """See RallyReturn.choose. Raises WrongStateError too."""
         if self._monitor.run.state not in IN_FLIGHT:
-            raise self._wrong("go to a rally point")
+            raise wrong_state(self._monitor.run, "go to a rally point")
         return await self._rally_return.choose()
 
     async def land(self) -> None:
@@ -361,99 +321,6 @@ class RunFlight:
         Raises WrongStateError, ConflictError, LinkError.
         """
         await self.act(RunAction.LAND, lambda: land_here(self._link, lambda: self._waiting > 0))
-
-    def _wrong(self, action: str) -> WrongStateError:
-        state = self._monitor.run.state
-        return WrongStateError(
-            f"run {self._monitor.run.id} is {state.value}: it cannot {action} now",
-            hint="get the run to see its state",
-            state=state.value,
-        )
-
-    async def _prepare(self, uploaded: bool) -> bool:
-        """Upload and start; whether the vehicle flies now."""
-        if not uploaded and not await self._step(asyncio.create_task(self._preparation.upload()), RunState.FAILED):
-            return False
-        while True:
-            if not await self._wait_for_start():
-                await self._close(RunState.ABORTED, Reason.of(ReasonCode.ABORTED_ON_GROUND))
-                return False
-            self._forget_facts()  # what happened while it stood there, such as a battery swap, is no part of the flight
-            by_creation = self._monitor.run.start_requested and not uploaded
-            self._start_asked.clear()
-            if self._held_back is not None:
-                await self._close(RunState.UPLOADED, self._held_back)
-                continue
-            start = self._start_task = asyncio.create_task(self._preparation.start(self._forget_facts))
-            if await self._step(start, RunState.FAILED if by_creation else RunState.UPLOADED):
-                if self._monitor.run.state is RunState.STARTING:
-                    self._reach(RunState.FLYING)
-                if self._abort_asked.is_set() and self._preparation.is_not_taken:
-                    with contextlib.suppress(WaydropError):  # recorded as an event; an operator can repeat it
-                        await self._bring_back()  # the abort was requested as the start ended, and must not be lost
-                return True
-            if self._monitor.run.is_over:
-                return False
-
-    async def _step(self, task: asyncio.Task[None], on_failure: RunState) -> bool:
-        """One step before the flight, which can be broken off. A failure is the run's next state, with its reason.
-
-        Whether it was done, or cannot be undone: a vehicle that may fly is followed.
-        """
-        abort = asyncio.ensure_future(self._abort_asked.wait())
-        try:
-            await asyncio.wait({task, abort}, return_when=asyncio.FIRST_COMPLETED)
-            if not task.done():
-                task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
-            if self._preparation.may_fly and (task.cancelled() or task.exception() is not None):
-                await self._follow_all_the_same(None if task.cancelled() else task.exception())
-                return True
-            if task.cancelled():
-                if self._held_back is None or self._abort_asked.is_set():
-                    await self._close(RunState.ABORTED, Reason.of(ReasonCode.ABORTED_ON_GROUND))
-                else:
-                    await self._close(RunState.UPLOADED, self._held_back)
-                return False
-            error = task.exception()
-            if error is None:
-                return True
-            if not isinstance(error, WaydropError):
-                raise error
-            await self._close(on_failure, Reason.of_error(error.code, error.detail, error.hint))
-            return False
-        finally:
-            await end_tasks(task, abort)
-
-    async def _follow_all_the_same(self, error: BaseException | None) -> None:
-        """It was armed and that could not be undone, so it may be in the air: no end of the run is claimed."""
-        why = Reason.of(ReasonCode.START_ABORTED_ARMED)
-        if isinstance(error, WaydropError):
-            why = Reason.of(ReasonCode.START_FAILED_ARMED, error=error.code, detail=error.detail)
-        elif error is not None:
-            log.error("a defect ended a start", run_id=self._monitor.run.id, exc_info=error)
-            why = Reason.of(ReasonCode.START_BROKE_ARMED)
-        self._reach(RunState.FLYING, why)
-        await self._recorder.flush_or_wait()
-
-    async def _wait_for_start(self) -> bool:
-        waits = [asyncio.ensure_future(e.wait()) for e in (self._start_asked, self._abort_asked)]
-        try:
-            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            await end_tasks(*waits)
-        return not self._abort_asked.is_set()
-
-    async def _close(self, state: RunState, reason: Reason) -> None:
-        """Before the flight: the run's state after a failure, an abort or an unstarted end."""
-        if state is not RunState.UPLOADED:
-            self._monitor.feed(RunEnded(self._monitor.observation(), state, reason))
-        else:
-            self._reach(state, reason)
-        await self._flush_at_last()
-
-    def _reach(self, state: RunState, reason: Reason | None = None) -> None:
-        self._monitor.feed(StateReached(self._monitor.observation(), state, reason))
 
     async def _follow(self) -> None:
         """Observe, record, command; again at each fact and each tenth of a second, until the run is over."""
@@ -464,9 +331,9 @@ class RunFlight:
             await self._monitor.store_inputs()
             await self._next_fact()
         await self._disarming.close()
-        await self._flush_at_last()
+        await self._recorder.flush_at_last()
         await self._disarming.hold()
-        await self._flush_at_last()
+        await self._recorder.flush_at_last()
 
     async def _next_fact(self) -> None:
         with contextlib.suppress(TimeoutError):
@@ -474,16 +341,6 @@ class RunFlight:
                 self._monitor.receive(await self._facts.get())
         while not self._facts.empty():
             self._monitor.receive(self._facts.get_nowait())
-
-    async def _flush_at_last(self) -> None:
-        """The end of a run is not let go before it is stored."""
-        while True:
-            try:
-                await self._recorder.flush()
-                return
-            except StorageError as error:
-                log.error("the end of a run waits for the journal", run_id=self._monitor.run.id, error=error.detail)
-                await asyncio.sleep(1.0)
 
     def _forget_facts(self) -> None:
         while not self._facts.empty():

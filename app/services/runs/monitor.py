@@ -19,12 +19,14 @@ from app.domain.flight.inputs import (
     Observation,
     Observed,
     RecordEvent,
+    StateReached,
 )
 from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.flight.step import step
 from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.ports.vehicle_link import VehicleLink
-from app.domain.run.run import Run, RunAction
+from app.domain.reasons import Reason
+from app.domain.run.run import Run, RunAction, RunState
 from app.domain.vehicle.facts import LinkFact
 from app.services.clock import Clock
 from app.services.runs.recorder import FlightInputLog, RunRecorder
@@ -86,6 +88,10 @@ class FlightMonitor:
         )
         if commands := [effect for effect in effects if not isinstance(effect, RecordEvent)]:
             self._carry_out(commands)
+
+    def reach(self, state: RunState, reason: Reason | None = None) -> None:
+        """A state before the flight, or its beginning. Raises WrongStateError."""
+        self.feed(StateReached(self.observation(), state, reason))
 
     def receive(self, fact: LinkFact) -> None:
         if isinstance(fact, FlightFact):

@@ -27,7 +27,7 @@ from app.domain.events.run import (
     RunUploadProgress,
     answer,
 )
-from app.domain.flight.inputs import StateReached, UploadProgressed, UploadVerified
+from app.domain.flight.inputs import UploadProgressed, UploadVerified
 from app.domain.flight.modes import (
     armed_by_others,
     arming_obstacle,
@@ -71,9 +71,9 @@ _LISTS: Final[Mapping[MissionType, Literal["mission", "fence", "rally"]]] = {
 class Preparation:
     """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer.
 
-    `check` raises PlanRejectedError if the vehicle in its current state would not fly the uploaded plan. It returns the
-    warnings that are new.
-    `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold it before takeoff.
+    `check` returns the warnings that are new; it raises PlanRejectedError if the vehicle in its current state would not
+    fly the uploaded plan. `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold it
+    before takeoff.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class Preparation:
         if self._link.state().armed:
             raise armed_by_others("the vehicle", self._link.state().mode)
         self._seen_armed = self._was_disarmed = False
-        self._reach(RunState.STARTING)
+        self._monitor.reach(RunState.STARTING)
         await self._recorder.flush()
         unsubscribe = self._link.subscribe(self._on_fact)
         try:
@@ -198,7 +198,7 @@ class Preparation:
             )
             self._recorder.record(refused)
             raise
-        self._reach(RunState.STARTING, _told(new))
+        self._monitor.reach(RunState.STARTING, _told(new))
 
     def _record_progress(self, step: UploadProgress) -> None:
         percent = round(100.0 * step.sent / max(step.total, 1), 1)
@@ -383,9 +383,6 @@ class Preparation:
             problem = error.detail
         with contextlib.suppress(StorageError):
             await self._record_outcome(RunCommandName.DISARM, problem)
-
-    def _reach(self, state: RunState, reason: Reason | None = None) -> None:
-        self._monitor.feed(StateReached(self._monitor.observation(), state, reason))
 
     async def _record_command(self, command: RunCommand) -> None:
         self._recorder.record(command)

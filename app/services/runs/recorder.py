@@ -199,6 +199,16 @@ class RunRecorder:
         with suppress(StorageError):
             await self.flush()
 
+    async def flush_at_last(self) -> None:
+        """As `flush`, again and again until it succeeds: the end of a run is not let go before it is stored."""
+        while True:
+            try:
+                await self.flush()
+                return
+            except StorageError as error:
+                log.error("the end of a run waits for the journal", run_id=self.run.id, error=error.detail)
+                await asyncio.sleep(1.0)
+
     async def flush_within(self, timeout_s: float) -> None:
         """As `flush_or_wait`, but return after `timeout_s` although the disk has not answered: storing goes on."""
         if self._late is None:

@@ -174,13 +174,13 @@ class Runs:
             `last_check`.
         """
         flight = await self._flight(run_id)
-        flight.require_startable()
+        flight.before_flight.require_startable()
         plan = await self._plans.plan(flight.run.plan_id)
         facts = await self._fleet.facts(flight.run.vehicle_id, fresh=True)
         await refuse_unfit_plan(plan, facts, flight.run.wind or CALM, self._in_thread)
         self._fleet.require_new_work()
         last_check()
-        flight.ask_start()
+        flight.before_flight.ask_start()
         return flight.run
 
     async def pause(self, run_id: str) -> Run:
@@ -253,7 +253,7 @@ class Runs:
         Raises WrongStateError: it is too late, or how its start went on is not known yet.
         """
         if (flight := self._flights.get(run_id)) is not None:
-            flight.withdraw()
+            flight.before_flight.withdraw()
         elif (run := self._waiting.get(run_id)) is not None:
             if run.state not in NOT_STARTED:
                 raise self._not_followed(run)
@@ -262,7 +262,7 @@ class Runs:
     def hold_back(self, run_id: str, why: Reason) -> None:
         """End the start of a run if it has sent no arming yet. The run waits for another start, with this reason."""
         if (flight := self._flights.get(run_id)) is not None:
-            flight.hold_back(why)
+            flight.before_flight.hold_back(why)
 
     async def change_mission(
         self,
@@ -379,7 +379,7 @@ class Runs:
             return
         self._flights[run.id] = made.flight
         if run.id in self._withdrawn:
-            made.flight.withdraw()
+            made.flight.before_flight.withdraw()
         self._fleet.vehicle(run.vehicle_id).own(run.id)
         await made.flight.fly(uploaded=True, in_flight=made.flight.run.state is not RunState.UPLOADED)
 
