@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from app.domain.drop.embedded import EmbeddedDrop, EmbeddedObservation
+from app.domain.drop.embedded import OUTPUT_LAG_S, EmbeddedDrop, EmbeddedObservation
 from app.domain.drop.record import DropPhase, DropRecord, GripperUse
 from app.domain.drop.supervised_inputs import GRIPPER_OPEN_US, Finish
 from app.domain.flight.progress import GripperTurns, MissionProgress
@@ -35,8 +35,9 @@ class EmbeddedRelease:
     """A drop that is a mission item: only observed.
 
     `seen_since_s`: since when the vehicle has been observed without a gap; math.inf for a flight that Waydrop did not
-    observe from its start, so that the item may have passed unobserved. `place` is the vehicle's position at the first
-    sign of the release.
+    observe from its start, so that the item may have passed unobserved. `in_mission_s`: when the mission was last seen
+    to have the vehicle; `opens_s`: since when the newest output is at release. `place` is the vehicle's position at the
+    first sign of the release.
     """
 
     compiled: CompiledDrop
@@ -47,6 +48,8 @@ class EmbeddedRelease:
     drop: EmbeddedDrop = field(default_factory=EmbeddedDrop)
     state: VehicleState = field(default_factory=VehicleState)
     observed_at_s: float | None = None
+    in_mission_s: float = -math.inf
+    opens_s: float | None = None
     place: Mapping[str, object] | None = None
 
     @property
@@ -68,8 +71,8 @@ class EmbeddedRelease:
             return self, ()
         state = seen.state
         has_gripper = self.compiled.command is MavCmd.DO_GRIPPER
-        in_mission = state.mode in (FlightMode.MISSION, None) and not seen.carries_other
-        at_item = self.gripper.is_at_item(progress) and in_mission
+        after = self._watched(seen)
+        at_item = self.gripper.is_at_item(progress) and after._is_in_mission(seen)
         flies = state.armed is True and state.landed in AIRBORNE
         drop = self.drop.saw(
             EmbeddedObservation(
@@ -90,14 +93,32 @@ class EmbeddedRelease:
         )
         record = self.record.model_copy(update={"gripper_used_by": drop.used_by})
         record = with_output(record, self.compiled, state)
-        opens = has_gripper and state.gripper_output_newest_us == GRIPPER_OPEN_US
         is_its_own = drop.was_closed and at_item
-        after = replace(self, drop=drop, state=state, record=record)._placed(seen, has_sign=opens and is_its_own)
+        after = replace(after, drop=drop, state=state, record=record)
+        after = after._placed(seen, has_sign=after.opens_s is not None and is_its_own)
         if drop.finish is None:
             return after, ()
         after = after._finished(seen, drop.finish, has_gripper=has_gripper)
         failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, seen)
         return after, (failure,) if failure else ()
+
+    def _watched(self, seen: VehicleSnapshot) -> EmbeddedRelease:
+        state = seen.state
+        in_mission = state.mode in (FlightMode.MISSION, None) and not seen.carries_other
+        opens = self.compiled.command is MavCmd.DO_GRIPPER and state.gripper_output_newest_us == GRIPPER_OPEN_US
+        since_s = seen.now_s if self.opens_s is None else self.opens_s
+        return replace(
+            self,
+            in_mission_s=seen.now_s if in_mission else self.in_mission_s,
+            opens_s=since_s if opens else None,
+        )
+
+    def _is_in_mission(self, seen: VehicleSnapshot) -> bool:
+        """Whether the mission has the vehicle, or had it as the output began to move: the mode may change before the
+        new output counts.
+        """
+        since_s = seen.now_s if self.opens_s is None else self.opens_s
+        return since_s <= self.in_mission_s + OUTPUT_LAG_S
 
     def gripper_used(self, by: GripperUse, progress: MissionProgress) -> EmbeddedRelease:
         """See SupervisedRelease."""

@@ -109,3 +109,45 @@ def test_a_winch_has_its_time_before_the_vehicle_is_sent_home() -> None:
     assert flight.run.drop(drop.plan_item_id).outcome is DropOutcome.PENDING
     assert ContingencyCommand("return", drop.plan_item_id) in at(drop.resume_seq, 16.0)
     assert flight.run.drop(drop.plan_item_id).outcome is DropOutcome.UNKNOWN
+
+
+def output(seen: Observation, seconds: float, newest_us: int, confirmed_us: int, mode: FlightMode) -> Observation:
+    state = replace(
+        seen.state,
+        mode=mode,
+        armed=True,
+        gripper_output_newest_us=newest_us,
+        gripper_output_us=confirmed_us,
+        gripper_output_age_s=0.05,
+    )
+    return replace(seen, state=state, now_s=seen.now_s + seconds)
+
+
+OPEN, CLOSED = 1000, 2000
+
+
+def mode_change(opened_s: float, changed_s: float, mode: FlightMode) -> DropOutcome:
+    """The outcome of a drop whose output moves, and whose vehicle leaves the mission, at these times."""
+    flight, seen = flown_to(DROP.release_seq)
+    for tenths in range(40):
+        now_s = tenths / 10
+        newest = OPEN if now_s >= opened_s else CLOSED
+        confirmed = OPEN if now_s >= opened_s + 0.3 else CLOSED
+        now_in = mode if now_s >= changed_s else FlightMode.MISSION
+        flight, _ = step(flight, Observed(output(seen, now_s, newest, confirmed, now_in)))
+    ended = RunEnded(output(seen, 4.0, newest, confirmed, now_in), RunState.ABORTED, Reason.of(ReasonCode.ENDED_EARLY))
+    flight, _ = step(flight, ended)
+    return flight.run.drop(DROP.plan_item_id).outcome
+
+
+@pytest.mark.parametrize("mode", [FlightMode.RETURN, FlightMode.HOLD])
+@pytest.mark.parametrize("changed_s", [2.0, 2.1, 2.2, 2.3])
+def test_a_mode_change_just_after_the_output_moved_does_not_take_the_release_from_the_item(
+    mode: FlightMode, changed_s: float
+) -> None:
+    assert mode_change(2.0, changed_s, mode) is DropOutcome.RELEASED
+
+
+@pytest.mark.parametrize("mode", [FlightMode.RETURN, FlightMode.HOLD])
+def test_an_output_that_moves_after_the_mission_was_left_is_not_the_items(mode: FlightMode) -> None:
+    assert mode_change(2.5, 2.0, mode) is DropOutcome.UNKNOWN
