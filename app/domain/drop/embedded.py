@@ -10,17 +10,14 @@ import math
 from dataclasses import dataclass, replace
 
 from app.domain.drop.record import Certainty, DropOutcome, GripperUse
-from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, Finish
+from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, LOADED_S, OUTPUT_FRESH_S, Finish
 from app.domain.reasons import Reason, ReasonCode
 
 OUTPUT_WAIT_S = 2.0
-OUTPUT_FRESH_S = 2.0
 OUTPUT_LAG_S = 0.2
 """An item counts as done at most this long before the output moves (20 to 80 ms in recording 07)."""
 LATE_CURRENT_S = 2.0
 """MISSION_CURRENT is sent at 1 Hz, and one may be lost."""
-LOADED_S = 1.0
-"""How long after its grab the output has certainly moved."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,8 @@ from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode, GnssFix, LandedState
 
 OUTPUT_FRESH_S: Final = 2.0
+LOADED_S: Final = 1.0
+"""How long after a grab of the mission the output has certainly moved."""
 MAX_HEIGHT_ERROR_M: Final = 3.0
 """PX4 counts a multicopter's waypoint as reached within 0.8 m of its altitude (NAV_MC_ALT_RAD)."""
 

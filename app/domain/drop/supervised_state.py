@@ -12,6 +12,7 @@ from app.domain.drop.supervised_inputs import (
     GRIPPER_CLOSED_US,
     GRIPPER_OPEN_US,
     LATE_SIGN_S,
+    LOADED_S,
     DropObservation,
     DropTerms,
     HoldClock,
@@ -135,8 +136,6 @@ def is_loaded(seen: DropObservation, terms: DropTerms) -> bool:
     return not (had and max(had) in others.releases) and not others.grabs_before(min(terms.hold_seqs), at)
 
 
-LOADED_S: Final = 1.0
-"""How long after a grab of the mission the output has certainly moved."""
 ANSWER_S: Final = 1.0
 """Time between the last moment for an answer and the command, to store the answer and repeat all checks."""
 
@@ -218,8 +217,7 @@ class DropMachine:
 
     Laws (tests/unit/domain/drop/test_supervised_laws.py): no release is sent unless every check passes at that moment;
     none after an ACCEPTED; one at a time; one Finish; never `kept` while unsure; only `unknown` once others used the
-    gripper; never `released` without evidence; if
-    consent is required, no release without a grant given in the same hold.
+    gripper; never `released` without evidence; if consent is required, no release without a grant in the same hold.
     """
 
     terms: DropTerms

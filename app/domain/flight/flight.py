@@ -169,10 +169,9 @@ class Flight:
     transferred or may be on board, and `skip_to` its item that the vehicle had reached when the change arrived.
     `target` follows the moving target of the next drop. `last_state` is the vehicle's state at the last observation.
     `touchdown` is how it came to stand on the ground; None in the air. `in_sight` is the last observation before that
-    on a link that held: what comes first after a loss is partly from before, and `height` the altitudes of its last
-    seconds. `is_on_mission`: it was seen in
-    Mission mode, and since then in that and Hold mode only. `cancelled_failsafe` is what
-    the last command, a pause, was commanded amid. `effects` are those of the current step.
+    on a link that held: what comes first after a loss is partly from before. `height` has the altitudes of its last
+    seconds. `is_on_mission`: it was seen in Mission mode, and since then in that and Hold mode only.
+    `cancelled_failsafe` is what the last command, a pause, was commanded amid. `effects` are those of the current step.
     """
 
     run: Run
