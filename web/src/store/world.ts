@@ -183,27 +183,35 @@ function withRun(world: World, run: Run): World {
 
 /** By its time an answer is older only than what came after it was asked for: the service's clock may be set back. */
 function onJobsRead(world: World, { jobs, queues, gone = [], asked }: ActionOf<"jobs_read">): World {
-  const readJob = (next: World, job: Job) => {
-    const known = next.jobs[job.id];
+  const read = withoutJobs(world.jobs, gone);
+  for (const job of jobs) {
+    const known = read[job.id];
     const isLate = known !== undefined && known !== asked?.jobs[job.id] && job.updated_at < known.updated_at;
-    return withJob(next, job, isLate);
-  };
+    if (known === undefined || !isOlder(job, known, isLate)) read[job.id] = job;
+  }
   const readQueue = (next: World, queue: JobQueue) => {
     const known = next.jobQueues[queue.vehicle_id];
     const isLate = known !== asked?.jobQueues[queue.vehicle_id] && (known?.at ?? 0) > (queue.at ?? 0);
     return isLate ? next : withJobQueue(next, queue);
   };
-  return queues.reduce(readQueue, jobs.reduce(readJob, withoutJobs(world, gone)));
+  return queues.reduce(readQueue, { ...world, jobs: withoutOldest(read, isJobOver) });
 }
 
-/** What comes may be older than what is known: never go back behind it. `isLate`: of two words of the same claimant. */
-function withJob(world: World, job: Job, isLate = false): World {
+/** What comes may be older than what is known: never go back behind it. */
+function withJob(world: World, job: Job): World {
   const known = world.jobs[job.id];
-  if (known && isOlder(job, known, isLate)) return world;
-  return { ...world, jobs: withNew(world.jobs, job, ({ ended_at }) => ended_at !== null) };
+  if (known && isOlder(job, known, false)) return world;
+  return { ...world, jobs: withNew(world.jobs, job, isJobOver) };
 }
 
-/** By the fencing number first: a gateway and the cluster that gave it the job have different clocks. */
+function isJobOver({ ended_at }: Job): boolean {
+  return ended_at !== null;
+}
+
+/**
+ * By the fencing number first: a gateway and the cluster that gave it the job have different clocks. `isLate`: of two
+ * words of the same claimant.
+ */
 function isOlder(job: Job, known: Job, isLate: boolean): boolean {
   if (job.fence !== known.fence) return job.fence < known.fence;
   if (job.claim?.gateway !== known.claim?.gateway) return true; // only its claimant says more
@@ -212,26 +220,33 @@ function isOlder(job: Job, known: Job, isLate: boolean): boolean {
 }
 
 /** Each, unless the stream updated it meanwhile. */
-function withoutJobs(world: World, gone: readonly Job[]): World {
-  const jobs = Object.fromEntries(Object.entries(world.jobs).filter(([, job]) => !gone.includes(job)));
-  return gone.length === 0 ? world : { ...world, jobs };
+function withoutJobs(jobs: World["jobs"], gone: readonly Job[]): Record<string, Job> {
+  const ended = new Set(gone);
+  return Object.fromEntries(Object.entries(jobs).filter(([, job]) => !ended.has(job)));
 }
 
 function withJobQueue(world: World, queue: JobQueue): World {
   return { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
 }
 
-/** Of what has ended, the last that came are kept. */
 function withNew<T extends { readonly id: string }>(
   known: Readonly<Record<string, T>>,
   one: T,
   hasEnded: (one: T) => boolean,
 ): Readonly<Record<string, T>> {
   const all = { ...known, [one.id]: one };
-  if (one.id in known) return all;
-  const leftOut = Object.values(all).filter(hasEnded).slice(0, -MOST_ENDED);
-  for (const { id } of leftOut) delete all[id];
-  return all;
+  return one.id in known ? all : withoutOldest(all, hasEnded);
+}
+
+/** Of what has ended, the last that came are kept. */
+function withoutOldest<T extends { readonly id: string }>(
+  all: Readonly<Record<string, T>>,
+  hasEnded: (one: T) => boolean,
+): Readonly<Record<string, T>> {
+  const ended = Object.values(all).filter(hasEnded);
+  if (ended.length <= MOST_ENDED) return all;
+  const leftOut = new Set(ended.slice(0, -MOST_ENDED).map(({ id }) => id));
+  return Object.fromEntries(Object.entries(all).filter(([id]) => !leftOut.has(id)));
 }
 
 function withNewest(feed: readonly StreamEvent[], event: StreamEvent): readonly StreamEvent[] {

@@ -1,3 +1,4 @@
+import { useState } from "preact/hooks";
 import type { Job, JobCandidate, JobQueue } from "../../api/types";
 import { formatReason } from "../../format/reasons";
 import { toSentence } from "../../format/text";
@@ -54,6 +55,9 @@ export function JobsPanel() {
   );
 }
 
+/** Each card is drawn again every second: thousands would make the page stand still. */
+const SHOWN_JOBS = 100;
+
 interface ListProps {
   title: string;
   jobs: readonly Job[];
@@ -64,7 +68,9 @@ interface ListProps {
 }
 
 function JobList({ title, jobs: listed, isOrdered = false, next }: ListProps) {
+  const [most, setMost] = useState(SHOWN_JOBS);
   if (listed.length === 0) return null;
+  const isShown = (job: Job, index: number) => index < most || job.id === expandedJob.value;
   const move = isOrdered && live.value && hasRole("dispatcher") && listed.length > 1;
   return (
     <section aria-label={title}>
@@ -72,15 +78,23 @@ function JobList({ title, jobs: listed, isOrdered = false, next }: ListProps) {
         {title} <small>{listed.length}</small>
       </h3>
       <ul class="job-list">
-        {listed.map((job, index) => (
-          <JobCard
-            key={job.id}
-            job={job}
-            position={move ? { waiting: listed, index } : null}
-            isNext={job.id === next?.id}
-          />
-        ))}
+        {listed.map(
+          (job, index) =>
+            isShown(job, index) && (
+              <JobCard
+                key={job.id}
+                job={job}
+                position={move ? { waiting: listed, index } : null}
+                isNext={job.id === next?.id}
+              />
+            ),
+        )}
       </ul>
+      {listed.length > most && (
+        <button type="button" class="small" onClick={() => setMost(most + SHOWN_JOBS)}>
+          Show more: {most} of {listed.length} are shown
+        </button>
+      )}
     </section>
   );
 }

@@ -109,6 +109,14 @@ describe("jobs of the world", () => {
     expect(reduce(told, { type: "jobs_read", ...read, asked: before }).jobs["job-1"]?.state).toBe("flying");
   });
 
+  it("are read although there are tens of thousands of them", () => {
+    const readJobs = (count: number) => {
+      const read = Array.from({ length: count }, (_, index) => sampleJob({ id: `job-${index}`, rank: index }));
+      return Object.keys(reduce(EMPTY_WORLD, { type: "jobs_read", jobs: read, queues: [], gone: read }).jobs).length;
+    };
+    expect(readJobs(20_000)).toBe(20_000);
+  });
+
   it("follow their events", () => {
     const event = sampleEvent(6, {
       kind: "job.changed",
