@@ -16,15 +16,18 @@ from app.api.stream.frames import CLOSE_REASONS, FRAMES
 from app.api.target_reports import ANSWER_FRAMES, REPORTER_FRAMES, REPORTS_CLOSE_REASONS
 
 _REF: Final = "#/components/schemas/{model}"
+_SENT: Final = dict.fromkeys((*FRAMES, *SERVER_FRAMES, *ANSWER_FRAMES))
+FRAME_MODELS: Final[Sequence[tuple[type[BaseModel], JsonSchemaMode]]] = (
+    *((model, "serialization") for model in _SENT),
+    *((model, "validation") for model in (*CLIENT_FRAMES, *REPORTER_FRAMES)),
+)
+"""The frames of all websockets: those that the service sends, and those that clients send."""
 
 
 def asyncapi_document(*, version: str) -> dict[str, Any]:
     """Return the document as JSON-serializable data."""
-    sent, received = dict.fromkeys((*FRAMES, *SERVER_FRAMES, *ANSWER_FRAMES)), (*CLIENT_FRAMES, *REPORTER_FRAMES)
-    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, "serialization") for model in sent]
-    models += [(model, "validation") for model in received]
-    references, document = models_json_schema(models, ref_template=_REF)
-    named = {_key(model): _message(model, references[(model, mode)]) for model, mode in models}
+    references, document = models_json_schema(FRAME_MODELS, ref_template=_REF)
+    named = {_key(model): _message(model, references[(model, mode)]) for model, mode in FRAME_MODELS}
     return {
         "asyncapi": "3.0.0",
         "info": {"title": "Waydrop stream", "version": version, "description": _description()},

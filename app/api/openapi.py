@@ -1,4 +1,7 @@
-"""The OpenAPI 3.1 document, generated from the route table, so that it always matches what is served."""
+"""The OpenAPI 3.1 document, generated from the route table, so that it always matches what is served.
+
+The frames of the websockets are among its schemas: clients, such as the page, generate all their types from it.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import Any, Final
 
 from pydantic.json_schema import models_json_schema
 
+from app.api.asyncapi import FRAME_MODELS
 from app.api.bodies import JSON, Body
 from app.api.problems import CONTENT_TYPE, PROBLEMS, Problem
 from app.api.routing import BINARY_SCHEMA, Answer, Route
@@ -52,7 +56,7 @@ def openapi_document(routes: Sequence[Route], *, version: str) -> dict[str, Any]
 
 def _schemas(routes: Iterable[Route]) -> tuple[dict[_ModelKey, dict[str, Any]], dict[str, Any]]:
     """Return a reference for each model and mode, and the referenced schemas."""
-    wanted: dict[_ModelKey, None] = {(Problem, "serialization"): None}
+    wanted: dict[_ModelKey, None] = {(Problem, "serialization"): None, **dict.fromkeys(FRAME_MODELS)}
     for route in routes:
         if route.takes_body and JSON in route.body.media:
             wanted[(route.body.model, "validation")] = None

@@ -1726,6 +1726,32 @@ export interface components {
             type: "acceleration_ned";
         };
         /**
+         * AcquireLeaseFrame
+         * @description Acquire the lease. It ends when the socket closes.
+         */
+        AcquireLeaseFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "acquire_lease";
+            /**
+             * Rate Hz
+             * @default null
+             */
+            rate_hz: number | null;
+            /**
+             * Override
+             * @default false
+             */
+            override: boolean;
+        };
+        /**
          * Actuators
          * @description Outputs of single motors and servos. Refused for every vehicle.
          */
@@ -2102,6 +2128,25 @@ export interface components {
          * @enum {string}
          */
         Certainty: "sensed" | "acknowledged" | "inferred" | "none";
+        /**
+         * ChangeFrame
+         * @description Change fields of a task that has not started.
+         */
+        ChangeFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "change";
+            /** Task Id */
+            task_id: string;
+            change: components["schemas"]["TaskTerms"];
+        };
         /**
          * ChangeRequest
          * @description Fields to change of a task that has not started.
@@ -2496,6 +2541,30 @@ export interface components {
             entries: components["schemas"]["Entry"][];
         };
         /**
+         * DoneFrame
+         * @description The command was executed. After `enter`, contains the audited parameters.
+         */
+        DoneFrame: {
+            /**
+             * Type
+             * @default done
+             * @constant
+             */
+            type: "done";
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /** Command */
+            command: string;
+            /**
+             * Audit
+             * @default []
+             */
+            audit: components["schemas"]["AuditView"][];
+        };
+        /**
          * DropComparison
          * @description The release of a drop. `distance_m` is the distance between the predicted and the flown release point.
          *
@@ -2799,6 +2868,32 @@ export interface components {
             changed_by: string;
         };
         /**
+         * EnterFrame
+         * @description Enter OFFBOARD mode; keep sending setpoints. `control_method` null: the method used for the vehicle's tasks.
+         */
+        EnterFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "enter";
+            /**
+             * Sticks Held
+             * @default false
+             */
+            sticks_held: boolean;
+            /**
+             * Control Method
+             * @default null
+             */
+            control_method: ("setpoints" | "commands") | null;
+        };
+        /**
          * Entry
          * @description An event that the delivery report is based on. `seq` and `hash` identify its link in the journal's chain.
          */
@@ -2875,8 +2970,54 @@ export interface components {
             audit: components["schemas"]["AuditView"][];
             offboard: components["schemas"]["OffboardView"];
         };
+        /**
+         * ErrorFrame
+         * @description The request failed. `code` is stable; for a setpoint it is the code of the reason.
+         */
+        ErrorFrame: {
+            /**
+             * Type
+             * @default error
+             * @constant
+             */
+            type: "error";
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /** Code */
+            code: string;
+            /** Detail */
+            detail: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
+            /**
+             * Extra
+             * @default {}
+             */
+            extra: {
+                [key: string]: unknown;
+            };
+        };
         /** Event */
         Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleQuarantineEndedEvent"] | components["schemas"]["VehicleCommandedInQuarantineEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTakenOverEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["SiteLeaseChangedEvent"] | components["schemas"]["JournalPrunedEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
+        /**
+         * EventFrame
+         * @description An event. Each is sent once, in order: those after `after` if requested, else those after `seq` of hello.
+         */
+        EventFrame: {
+            /**
+             * Type
+             * @default event
+             * @constant
+             */
+            type: "event";
+            event: components["schemas"]["Event"];
+        };
         /**
          * EventKind
          * @description The kind of an event. PAYLOADS has the payload model of each.
@@ -3219,6 +3360,24 @@ export interface components {
          */
         GripperUse: "task" | "others";
         /**
+         * HandOverLeaseFrame
+         * @description Offer the lease to another principal; null withdraws the offer.
+         */
+        HandOverLeaseFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "hand_over_lease";
+            /** To */
+            to: string | null;
+        };
+        /**
          * HandOverRequest
          * @description The principal that may take over the lease; null withdraws the offer.
          */
@@ -3242,6 +3401,30 @@ export interface components {
             version: string;
             /** @default null */
             site_lease: components["schemas"]["LeaseState"] | null;
+        };
+        /**
+         * HelloFrame
+         * @description The first frame. `seq` is the position of the newest event; `server_time` is in Unix seconds.
+         *
+         *     `first_seq` is the position of the oldest event that is kept: `after` may be one less, or more.
+         *
+         *     `gateway` names the journal, of a gateway or of a cluster. `after` counts the positions in this journal.
+         */
+        HelloFrame: {
+            /**
+             * Type
+             * @default hello
+             * @constant
+             */
+            type: "hello";
+            /** Gateway */
+            gateway: string;
+            /** First Seq */
+            first_seq: number;
+            /** Seq */
+            seq: number;
+            /** Server Time */
+            server_time: number;
         };
         /**
          * Home
@@ -3860,6 +4043,27 @@ export interface components {
             expires_in_s: number;
         };
         /**
+         * LeaseGrantedFrame
+         * @description The client holds the lease.
+         */
+        LeaseGrantedFrame: {
+            /**
+             * Type
+             * @default lease_granted
+             * @constant
+             */
+            type: "lease_granted";
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /** Holder */
+            holder: string;
+            /** Expires In S */
+            expires_in_s: number;
+        };
+        /**
          * LeaseRequest
          * @description Acquire the lease. `override` takes it from its holder and requires the role admin.
          */
@@ -3903,6 +4107,28 @@ export interface components {
             expires_in_s: number;
             /** Offered To */
             offered_to: string | null;
+        };
+        /**
+         * LeaveFrame
+         * @description Leave OFFBOARD mode.
+         */
+        LeaveFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "leave";
+            /**
+             * To
+             * @default hold
+             * @enum {string}
+             */
+            to: "hold" | "mission" | "return";
         };
         /**
          * LeaveRequest
@@ -4248,6 +4474,26 @@ export interface components {
             north_m_s: number;
             /** East M S */
             east_m_s: number;
+        };
+        /**
+         * MoveFrame
+         * @description Move a task in front of another one; null moves it to the end. A task moved to the front starts at once.
+         */
+        MoveFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "move";
+            /** Task Id */
+            task_id: string;
+            /** Before */
+            before: string | null;
         };
         /**
          * MoveRequest
@@ -5326,6 +5572,46 @@ export interface components {
             hash: string;
         };
         /**
+         * QueueFrame
+         * @description An action on the whole task queue.
+         */
+        QueueFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "queue";
+            /**
+             * Action
+             * @enum {string}
+             */
+            action: "next" | "clear" | "pause" | "resume";
+        };
+        /**
+         * QueuedFrame
+         * @description The task was queued.
+         */
+        QueuedFrame: {
+            /**
+             * Type
+             * @default queued
+             * @constant
+             */
+            type: "queued";
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /** Task Id */
+            task_id: string;
+        };
+        /**
          * QueuedTaskView
          * @description One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
          *
@@ -5517,6 +5803,91 @@ export interface components {
              * @description MAV_MISSION_RESULT of the refusal; 0 refuses no more
              */
             value: number;
+        };
+        /**
+         * ReleaseLeaseFrame
+         * @description Release the lease. A vehicle under offboard control is commanded to hold.
+         */
+        ReleaseLeaseFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "release_lease";
+        };
+        /**
+         * RemoveFrame
+         * @description Remove a task. Removing the current task skips it.
+         */
+        RemoveFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "remove";
+            /** Task Id */
+            task_id: string;
+        };
+        /**
+         * RenewLeaseFrame
+         * @description Renew the lease without any other effect.
+         */
+        RenewLeaseFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "renew_lease";
+        };
+        /**
+         * ReportAckFrame
+         * @description The report was accepted. Contains the target's current state.
+         */
+        ReportAckFrame: {
+            /**
+             * Type
+             * @default report_ack
+             * @constant
+             */
+            type: "report_ack";
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            target: components["schemas"]["TargetView"];
+        };
+        /**
+         * ReportFrame
+         * @description The target's position, as in POST /targets/{feed}. The path names the feed.
+         */
+        ReportFrame: {
+            /**
+             * Type
+             * @constant
+             */
+            type: "report";
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            report: components["schemas"]["TargetReport"];
         };
         /**
          * ReportedAttachment
@@ -6773,6 +7144,43 @@ export interface components {
             clamped: components["schemas"]["ClampView"][];
         };
         /**
+         * SetpointAckFrame
+         * @description The setpoint was accepted, possibly clamped.
+         */
+        SetpointAckFrame: {
+            /**
+             * Type
+             * @default setpoint_ack
+             * @constant
+             */
+            type: "setpoint_ack";
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /** Clamped */
+            clamped: components["schemas"]["ClampView"][];
+        };
+        /**
+         * SetpointFrame
+         * @description The newest setpoint, at any rate. The service stops repeating it after 0.4 s.
+         */
+        SetpointFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "setpoint";
+            /** Setpoint */
+            setpoint: components["schemas"]["PositionNed"] | components["schemas"]["VelocityNed"] | components["schemas"]["AccelerationNed"] | components["schemas"]["PositionVelocityNed"] | components["schemas"]["PositionVelocityAccelerationNed"] | components["schemas"]["VelocityBody"] | components["schemas"]["AccelerationBody"] | components["schemas"]["PositionBody"] | components["schemas"]["PositionOffsetNed"] | components["schemas"]["PositionGlobal"] | components["schemas"]["VelocityGlobal"] | components["schemas"]["PositionVelocityGlobal"] | components["schemas"]["AccelerationGlobal"] | components["schemas"]["Attitude"] | components["schemas"]["BodyRates"] | components["schemas"]["TypedPositionNed"] | components["schemas"]["TypedPositionGlobal"] | components["schemas"]["ThrustTorque"] | components["schemas"]["Actuators"];
+        };
+        /**
          * SetpointRequest
          * @description A setpoint. The service sends it from the next tick on, for at most 0.4 s.
          */
@@ -7073,6 +7481,24 @@ export interface components {
             value: number;
         };
         /**
+         * SnapshotFrame
+         * @description The second frame: the current state. It includes all events up to `seq`; later events follow.
+         */
+        SnapshotFrame: {
+            /**
+             * Type
+             * @default snapshot
+             * @constant
+             */
+            type: "snapshot";
+            /** Seq */
+            seq: number;
+            /** Vehicles */
+            vehicles: components["schemas"]["VehicleView"][];
+            /** Runs */
+            runs: components["schemas"]["Run"][];
+        };
+        /**
          * SourceFormat
          * @description `plan` is Waydrop's own, `qgc` QGroundControl's .plan, `waypoints` the text of Mission Planner.
          * @enum {string}
@@ -7109,6 +7535,19 @@ export interface components {
              * @default 50
              */
             max: number;
+        };
+        /**
+         * StateFrame
+         * @description The state of offboard control: sent on every change, and a few times per second while setpoints are sent.
+         */
+        StateFrame: {
+            /**
+             * Type
+             * @default state
+             * @constant
+             */
+            type: "state";
+            offboard: components["schemas"]["OffboardView"];
         };
         /**
          * StateView
@@ -7303,6 +7742,28 @@ export interface components {
          */
         TargetFormat: "qgc" | "geojson" | "kml";
         /**
+         * TargetFrame
+         * @description The current position and motion of a goto task's target.
+         */
+        TargetFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "target";
+            /** Task Id */
+            task_id: string;
+            /** Point */
+            point: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
+            /** @default null */
+            motion: components["schemas"]["Motion"] | null;
+        };
+        /**
          * TargetReport
          * @description Where a target was at `time` (Unix seconds), WGS84, and how it moved over the ground.
          */
@@ -7371,6 +7832,35 @@ export interface components {
              * @default
              */
             hint: string;
+        };
+        /**
+         * TaskFrame
+         * @description Queue a task. The vehicle flies it when the tasks before it are done and offboard control is active.
+         */
+        TaskFrame: {
+            /**
+             * Id
+             * @default null
+             */
+            id: number | null;
+            /**
+             * Type
+             * @constant
+             */
+            type: "task";
+            /** Task */
+            task: components["schemas"]["Goto"] | components["schemas"]["Circle"] | components["schemas"]["Segment"] | components["schemas"]["Path"];
+            /**
+             * Insert
+             * @default append
+             * @enum {string}
+             */
+            insert: "append" | "prepend" | "replace_current" | "replace_all";
+            /**
+             * When Empty
+             * @default null
+             */
+            when_empty: ("plan" | "wait") | null;
         };
         /**
          * TaskQueued
@@ -7513,6 +8003,19 @@ export interface components {
             position: number;
         };
         /**
+         * TasksFrame
+         * @description The task queue: sent on every change, and once per second after the first task was queued.
+         */
+        TasksFrame: {
+            /**
+             * Type
+             * @default tasks
+             * @constant
+             */
+            type: "tasks";
+            queue: components["schemas"]["TasksView"];
+        };
+        /**
          * TasksGripper
          * @description The gripper action of a task: stored before it is sent, and again with its result.
          */
@@ -7586,6 +8089,24 @@ export interface components {
             capacity: number;
             /** Tasks */
             tasks: components["schemas"]["QueuedTaskView"][];
+        };
+        /**
+         * TelemetryFrame
+         * @description The newest state of vehicles, by ID. A slow client receives fewer of these, but never outdated ones.
+         */
+        TelemetryFrame: {
+            /**
+             * Type
+             * @default telemetry
+             * @constant
+             */
+            type: "telemetry";
+            /** Time */
+            time: number;
+            /** Vehicles */
+            vehicles: {
+                [key: string]: components["schemas"]["StateView"];
+            };
         };
         /**
          * ThrustTorque

@@ -1,5 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { backoffSeconds, type ConnectionStatus, type Frame, StreamConnection, type StreamHost } from "./stream";
+import { backoffSeconds, type ConnectionStatus, StreamConnection, type StreamHost } from "./stream";
+import type { StreamFrame } from "./types";
 
 class FakeSocket {
   static all: FakeSocket[] = [];
@@ -19,13 +20,13 @@ class FakeSocket {
     this.closed = true;
   }
 
-  send(frame: Frame): void {
+  send(frame: StreamFrame): void {
     this.onmessage?.({ data: JSON.stringify(frame) });
   }
 }
 
-const HELLO: Frame = { type: "hello", gateway: "gw1", first_seq: 1, seq: 7, server_time: 0 };
-const SNAPSHOT: Frame = { type: "snapshot", seq: 7, vehicles: [], runs: [] };
+const HELLO: StreamFrame = { type: "hello", gateway: "gw1", first_seq: 1, seq: 7, server_time: 0 };
+const SNAPSHOT: StreamFrame = { type: "snapshot", seq: 7, vehicles: [], runs: [] };
 
 let statuses: ConnectionStatus[];
 let after: number | null;

@@ -3,7 +3,7 @@
  * last event taken in, and says in `status` how things are. It knows nothing of what the frames mean.
  */
 
-import type { Run, StreamEvent, Vehicle, VehicleState } from "./types";
+import type { StreamFrame } from "./types";
 
 export type ConnectionStatus =
   | { readonly kind: "connecting" }
@@ -21,7 +21,7 @@ export interface StreamHost {
   onStatus(status: ConnectionStatus): void;
   onOpen(): void;
   /** True asks for the connection to be opened again at once. */
-  onFrame(frame: Frame): boolean;
+  onFrame(frame: StreamFrame): boolean;
   onAfterRefused(): void;
 }
 
@@ -143,43 +143,13 @@ export function backoffSeconds(attempt: number, random: number): number {
   return ceiling * (0.5 + 0.5 * random);
 }
 
-// Frames of /api/v1/stream, in the order in which the service sends them: hello, snapshot, then events and telemetry.
-
-export interface HelloFrame {
-  type: "hello";
-  gateway: string;
-  first_seq: number;
-  seq: number;
-  server_time: number;
-}
-
-export interface SnapshotFrame {
-  type: "snapshot";
-  seq: number;
-  vehicles: Vehicle[];
-  runs: Run[];
-}
-
-export interface EventFrame {
-  type: "event";
-  event: StreamEvent;
-}
-
-export interface TelemetryFrame {
-  type: "telemetry";
-  time: number;
-  vehicles: Record<string, VehicleState>;
-}
-
-export type Frame = HelloFrame | SnapshotFrame | EventFrame | TelemetryFrame;
-
 const KNOWN: ReadonlySet<unknown> = new Set(["hello", "snapshot", "event", "telemetry"]);
 
 /** The frame in a text message; null for a type that this page does not know (a newer service may send more). */
-function parseFrame(message: string): Frame | null {
+function parseFrame(message: string): StreamFrame | null {
   const doc: unknown = JSON.parse(message);
   if (typeof doc !== "object" || doc === null || !("type" in doc) || !KNOWN.has(doc.type)) return null;
-  return doc as Frame;
+  return doc as StreamFrame;
 }
 
 /** Close codes of the stream that mean something to a client. */

@@ -61,6 +61,13 @@ export type StreamEvent = Schemas["Event"] | MissingEvents;
 export type EventKind = StreamEvent["kind"];
 export type EventOf<K extends EventKind> = Extract<StreamEvent, { kind: K }>;
 
+// Frames of /api/v1/stream, in the order in which the service sends them: hello, snapshot, then events and telemetry.
+export type HelloFrame = Schemas["HelloFrame"];
+export type SnapshotFrame = Schemas["SnapshotFrame"];
+export type EventFrame = Schemas["EventFrame"];
+export type TelemetryFrame = Schemas["TelemetryFrame"];
+export type StreamFrame = HelloFrame | SnapshotFrame | EventFrame | TelemetryFrame;
+
 export type Target = Schemas["TargetView"];
 export type Job = Schemas["Job"];
 /** What is not given has its default. */
@@ -105,4 +112,32 @@ export type TaskPoint = Schemas["Goto"]["point"];
 export type InsertMode = Schemas["TaskRequest"]["insert"];
 export type WhenEmpty = TaskQueue["when_empty"];
 export type TaskChange = Schemas["TasksChanged"]["change"];
-export type QueueAction = "next" | "clear" | "pause" | "resume";
+
+// Frames of the offboard websocket (docs/reference/offboard.md). The socket numbers those that it sends.
+type Unnumbered<F extends { id: unknown }> = Omit<F, "id">;
+/** What is asked of the task queue (docs/reference/tasks.md). */
+export type QueueRequest =
+  | Unnumbered<Schemas["TaskFrame"]>
+  | Unnumbered<Schemas["QueueFrame"]>
+  | Unnumbered<Schemas["MoveFrame"]>
+  | Unnumbered<Schemas["ChangeFrame"]>
+  | Unnumbered<Schemas["TargetFrame"]>
+  | Unnumbered<Schemas["RemoveFrame"]>;
+export type ClientFrame =
+  | QueueRequest
+  | Unnumbered<Schemas["AcquireLeaseFrame"]>
+  | Unnumbered<Schemas["HandOverLeaseFrame"]>
+  | Unnumbered<Schemas["RenewLeaseFrame"]>
+  | Omit<Schemas["EnterFrame"], "id" | "control_method">
+  | Unnumbered<Schemas["SetpointFrame"]>
+  | Unnumbered<Schemas["LeaveFrame"]>
+  | Unnumbered<Schemas["ReleaseLeaseFrame"]>;
+export type StateFrame = Schemas["StateFrame"];
+export type TasksFrame = Schemas["TasksFrame"];
+export type ServerAnswer =
+  | Schemas["LeaseGrantedFrame"]
+  | Schemas["SetpointAckFrame"]
+  | Schemas["QueuedFrame"]
+  | Schemas["DoneFrame"]
+  | Schemas["ErrorFrame"];
+export type QueueAction = Schemas["QueueFrame"]["action"];

@@ -1,20 +1,20 @@
 import { effect } from "@preact/signals";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Frame } from "../api/stream";
+import type { StreamFrame } from "../api/types";
 import { sampleEvent, sampleState, sampleVehicle } from "../testing/samples";
 
-const hello: Frame = { type: "hello", gateway: "gw1", first_seq: 1, seq: 0, server_time: 0 };
-const snapshot: Frame = {
+const hello: StreamFrame = { type: "hello", gateway: "gw1", first_seq: 1, seq: 0, server_time: 0 };
+const snapshot: StreamFrame = {
   type: "snapshot",
   seq: 0,
   vehicles: [sampleVehicle({ id: "v10" }), sampleVehicle({ id: "v2" })],
   runs: [],
 };
-const event = (seq: number): Frame => ({
+const event = (seq: number): StreamFrame => ({
   type: "event",
   event: sampleEvent(seq, { kind: "vehicle.changed", vehicle_id: "v2", data: { battery_percent: seq } }),
 });
-const telemetry = (time: number): Frame => ({
+const telemetry = (time: number): StreamFrame => ({
   type: "telemetry",
   time,
   vehicles: { v10: sampleState({ latitude_deg: 47 + time / 1000, relative_altitude_m: time }) },

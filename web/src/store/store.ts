@@ -6,7 +6,8 @@
  */
 
 import { batch, computed, signal } from "@preact/signals";
-import type { ConnectionStatus, Frame } from "../api/stream";
+import type { ConnectionStatus } from "../api/stream";
+import type { StreamFrame } from "../api/types";
 import { serviceNow } from "./clock";
 import { NextFrame } from "./frame-pacing";
 import { telemetryHistory, telemetryVersion } from "./telemetry-history";
@@ -73,7 +74,7 @@ export function journalName(): string | null {
 }
 
 /** One frame of the stream at the page's own time. True if the stream must be opened again. */
-export function receiveFrame(frame: Frame): boolean {
+export function receiveFrame(frame: StreamFrame): boolean {
   newest = reduce(newest, { type: "frame", frame, at: performance.now() });
   if (frame.type === "telemetry") {
     newestTracks = extendTracks(newestTracks, frame.vehicles, frame.time);

@@ -1,17 +1,27 @@
 import { describe, expect, it } from "vitest";
-import type { Frame } from "../api/stream";
-import type { StreamEvent } from "../api/types";
+import type { StreamEvent, StreamFrame } from "../api/types";
 import { sampleEvent, sampleJob, sampleRun, sampleState, sampleVehicle } from "../testing/samples";
 import { EMPTY_WORLD, FEED_LIMIT, MOST_ENDED, REPLAYED_EVENTS, reduce, type World } from "./world";
 
-const hello = (seq: number, gateway = "gw1"): Frame => ({ type: "hello", gateway, first_seq: 1, seq, server_time: 0 });
-const snapshot = (seq: number): Frame => ({ type: "snapshot", seq, vehicles: [sampleVehicle()], runs: [sampleRun()] });
-const event = (seq: number, fields: Partial<StreamEvent> = {}): Frame => ({
+const hello = (seq: number, gateway = "gw1"): StreamFrame => ({
+  type: "hello",
+  gateway,
+  first_seq: 1,
+  seq,
+  server_time: 0,
+});
+const snapshot = (seq: number): StreamFrame => ({
+  type: "snapshot",
+  seq,
+  vehicles: [sampleVehicle()],
+  runs: [sampleRun()],
+});
+const event = (seq: number, fields: Partial<StreamEvent> = {}): StreamFrame => ({
   type: "event",
   event: sampleEvent(seq, fields),
 });
 
-function take(world: World, ...frames: Frame[]): World {
+function take(world: World, ...frames: StreamFrame[]): World {
   return frames.reduce((before, frame) => reduce(before, { type: "frame", frame, at: 5 }), world);
 }
 
@@ -189,7 +199,7 @@ describe("no gap and no double", () => {
   /**
    * What a service sends on one connection that is cut after some frames: replay, then live; a frame may come twice.
    */
-  function connection(after: number | null, journal: number, cutAfter: number, roll: () => number): Frame[] {
+  function connection(after: number | null, journal: number, cutAfter: number, roll: () => number): StreamFrame[] {
     const first = (after ?? journal) + 1;
     const events = Array.from({ length: Math.max(0, journal - first + 1) }, (_, i) => event(first + i));
     const doubled = events.flatMap((frame) => (roll() < 0.1 ? [frame, frame] : [frame]));

@@ -5,8 +5,20 @@
  * leaves a hole sets `resync`, upon which the connection is opened again with `after=seq`.
  */
 
-import type { EventFrame, Frame, HelloFrame, SnapshotFrame, TelemetryFrame } from "../api/stream";
-import type { EventKind, EventOf, Job, JobQueue, Run, StreamEvent, Vehicle } from "../api/types";
+import type {
+  EventFrame,
+  EventKind,
+  EventOf,
+  HelloFrame,
+  Job,
+  JobQueue,
+  Run,
+  SnapshotFrame,
+  StreamEvent,
+  StreamFrame,
+  TelemetryFrame,
+  Vehicle,
+} from "../api/types";
 import { hasRunEnded } from "./runs";
 
 /** Events kept for the feed. */
@@ -59,7 +71,7 @@ export const EMPTY_WORLD: World = {
 };
 
 export type Action =
-  | { readonly type: "frame"; readonly frame: Frame; readonly at: number }
+  | { readonly type: "frame"; readonly frame: StreamFrame; readonly at: number }
   | { readonly type: "opened" }
   | { readonly type: "after_refused" }
   | { readonly type: "vehicles_read"; readonly vehicles: readonly Vehicle[] }
@@ -91,7 +103,7 @@ export function reduce(world: World, action: Action): World {
   }
 }
 
-function reduceFrame(world: World, frame: Frame, at: number): World {
+function reduceFrame(world: World, frame: StreamFrame, at: number): World {
   if (world.resync) return world; // frames of a connection that is being given up
   switch (frame.type) {
     case "hello":

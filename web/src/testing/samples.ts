@@ -3,6 +3,7 @@
 import type {
   ConsentRecord,
   DropRecord,
+  EventFrame,
   EventKind,
   Job,
   Reason,
@@ -200,7 +201,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
 /** What a test says of an event: as much of its data as it is about. */
 export type EventFields = Partial<Omit<StreamEvent, "kind" | "data">> & { kind?: EventKind; data?: object };
 
-export function sampleEvent(seq: number, fields: EventFields = {}): StreamEvent {
+export function sampleEvent(seq: number, fields: EventFields = {}): EventFrame["event"] {
   return {
     seq,
     position: seq,
@@ -213,5 +214,5 @@ export function sampleEvent(seq: number, fields: EventFields = {}): StreamEvent 
     data: {},
     hash: "",
     ...fields,
-  } as StreamEvent;
+  } as EventFrame["event"];
 }

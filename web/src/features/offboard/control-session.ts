@@ -1,3 +1,4 @@
+import type { QueueRequest } from "../../api/types";
 /** The one session of this page: it sends what the controls ask for, and ends as soon as they are unattended. */
 
 import { batch, computed, effect } from "@preact/signals";
@@ -31,7 +32,7 @@ import type { Refusal } from "./refusal";
 import type { StopReason } from "./sender";
 import { Session } from "./session";
 import { positionSetpoint, type Setpoint, velocitySetpoint, zeroSetpoint } from "./setpoint";
-import { openOffboardSocket, type QueueRequest } from "./socket";
+import { openOffboardSocket } from "./socket";
 
 /** What all controls together ask for; nothing unless they are engaged, and the vehicle follows them. */
 export const requestedAxes = computed(() =>

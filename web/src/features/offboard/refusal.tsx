@@ -1,5 +1,5 @@
+import type { ServerAnswer } from "../../api/types";
 import { toSentence } from "../../format/text";
-import type { ServerAnswer } from "./socket";
 
 /** What was asked for and not done. */
 export interface Refusal {

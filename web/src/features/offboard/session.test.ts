@@ -1,10 +1,9 @@
 import { describe, expect, it, vi } from "vitest";
-import type { Offboard, TaskQueue, TaskState } from "../../api/types";
+import type { ClientFrame, Offboard, ServerAnswer, TaskQueue, TaskState } from "../../api/types";
 import { because } from "../../testing/samples";
 import { ActivityMonitor } from "./activity";
 import type { StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
-import type { ClientFrame, ServerAnswer } from "./socket";
 import { DONE, FakeWire, REFUSED } from "./testing/fake-socket";
 import { eachWithFixture, SessionFixture } from "./testing/session-fixture";
 

@@ -4,19 +4,12 @@
  * is asked for by manual control. It knows no DOM and no socket: both come from its host.
  */
 
-import type { AuditEntry, Clamp, Offboard, TaskQueue } from "../../api/types";
+import type { AuditEntry, Clamp, Offboard, OffboardExit, QueueRequest, ServerAnswer, TaskQueue } from "../../api/types";
 import { describeClose, describeRelease, describeStop, type ReleaseCause } from "./labels";
 import { controlEnded, type Refusal, toRefusal } from "./refusal";
 import { SetpointSender, type StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
-import {
-  type LeaveMode,
-  type OffboardSocket,
-  type OffboardSocketEvents,
-  type QueueRequest,
-  type ServerAnswer,
-  startsTasks,
-} from "./socket";
+import { type OffboardSocket, type OffboardSocketEvents, startsTasks } from "./socket";
 
 /** `silent`: nothing is sent any more, and the service's dead-man acts. */
 export type Phase = "off" | "opening" | "leased" | "entering" | "flying" | "leaving" | "silent";
@@ -140,7 +133,7 @@ export class Session {
     this.#set({ phase: "leased", refusal: toRefusal(`Take control of ${this.#now.vehicle}`, answer) });
   }
 
-  async leave(to: LeaveMode): Promise<void> {
+  async leave(to: OffboardExit): Promise<void> {
     const wire = this.#wire;
     if (wire === null || this.#now.phase !== "flying") return;
     this.host.onResetControls();
@@ -330,9 +323,9 @@ export class Session {
   }
 }
 
-const EXITS: Readonly<Record<LeaveMode, string>> = { hold: "Hold", mission: "the mission", return: "Return" };
+const EXITS: Readonly<Record<OffboardExit, string>> = { hold: "Hold", mission: "the mission", return: "Return" };
 
-const EXITED: Readonly<Record<LeaveMode, string>> = {
+const EXITED: Readonly<Record<OffboardExit, string>> = {
   hold: "You exited to Hold.",
   mission: "You exited to the mission, which continues.",
   return: "You exited to Return.",

@@ -3,18 +3,15 @@
  */
 
 import type {
-  AuditEntry,
-  Clamp,
-  InsertMode,
+  ClientFrame,
   Offboard,
-  QueueAction,
-  Task,
+  QueueRequest,
+  ServerAnswer,
+  StateFrame,
   TaskPoint,
   TaskQueue,
-  TaskTerms,
-  WhenEmpty,
+  TasksFrame,
 } from "../../api/types";
-import type { Setpoint } from "./setpoint";
 
 export interface OffboardSocketEvents {
   onOpen(): void;
@@ -78,69 +75,17 @@ export function openOffboardSocket(
   };
 }
 
-// Frames of the offboard websocket, both ways (docs/reference/offboard.md).
-
-export type LeaveMode = "hold" | "mission" | "return";
-
 /** Where a target is now, and how it moves. */
 export interface TargetMotion {
   readonly point: TaskPoint;
   readonly motion: { readonly north_m_s: number; readonly east_m_s: number };
 }
 
-/** What is asked of the task queue (docs/reference/tasks.md). */
-export type QueueRequest =
-  | { type: "task"; task: Task; insert: InsertMode; when_empty: WhenEmpty }
-  | { type: "queue"; action: QueueAction }
-  | { type: "move"; task_id: string; before: string | null }
-  | { type: "change"; task_id: string; change: TaskTerms }
-  | ({ type: "target"; task_id: string } & TargetMotion)
-  | { type: "remove"; task_id: string };
-
 /** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */
 export function startsTasks(frame: QueueRequest, tasks: TaskQueue | null): boolean {
   if (frame.type === "queue") return frame.action === "resume";
   return frame.type === "task" && (tasks === null || tasks.report.state === "idle");
 }
-
-export type ClientFrame =
-  | QueueRequest
-  | { type: "acquire_lease"; rate_hz: number; override: boolean }
-  | { type: "hand_over_lease"; to: string | null }
-  | { type: "renew_lease" }
-  | { type: "enter"; sticks_held: boolean }
-  | { type: "setpoint"; setpoint: Setpoint }
-  | { type: "leave"; to: LeaveMode }
-  | { type: "release_lease" };
-
-interface StateFrame {
-  type: "state";
-  offboard: Offboard;
-}
-
-interface TasksFrame {
-  type: "tasks";
-  queue: TaskQueue;
-}
-
-interface Answered {
-  id: number | null;
-}
-
-interface ErrorFrame extends Answered {
-  type: "error";
-  code: string;
-  detail: string;
-  hint: string;
-  extra: Record<string, unknown>;
-}
-
-export type ServerAnswer =
-  | ({ type: "lease_granted"; holder: string; expires_in_s: number } & Answered)
-  | ({ type: "setpoint_ack"; clamped: Clamp[] } & Answered)
-  | ({ type: "queued"; task_id: string } & Answered)
-  | ({ type: "done"; command: string; audit: AuditEntry[] } & Answered)
-  | ErrorFrame;
 
 const ANSWERS: ReadonlySet<unknown> = new Set(["lease_granted", "setpoint_ack", "queued", "done", "error"]);
 

@@ -1,8 +1,7 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
-import type { Target, TaskQueue } from "../../api/types";
+import type { QueueRequest, Target, TaskQueue } from "../../api/types";
 import type { Refusal } from "../offboard/refusal";
 import { NO_CONTROL } from "../offboard/session";
-import type { QueueRequest } from "../offboard/socket";
 
 const page = { hidden: false, looks: true };
 vi.stubGlobal("location", { hash: "" });

@@ -1,9 +1,8 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
-import type { TaskQueue } from "../../api/types";
+import type { QueueRequest, TaskQueue } from "../../api/types";
 import { readNumber } from "../../ui/fields";
 import type { Refusal } from "../offboard/refusal";
 import { NO_CONTROL } from "../offboard/session";
-import type { QueueRequest } from "../offboard/socket";
 import { encodeDrag } from "./order";
 
 vi.stubGlobal("location", { hash: "" });

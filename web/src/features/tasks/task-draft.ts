@@ -1,12 +1,11 @@
 /** The task being drawn for the vehicle whose lease this page has, and the requests to its queue. */
 
 import { batch, computed, effect, signal } from "@preact/signals";
-import type { QueueAction, TaskTerms } from "../../api/types";
+import type { QueueAction, QueueRequest, TaskTerms } from "../../api/types";
 import type { Point } from "../../geo/geometry";
 import { requestQueue } from "../offboard/control-session";
 import { goToArmed, manualControl } from "../offboard/control-state";
 import type { Refusal } from "../offboard/refusal";
-import type { QueueRequest } from "../offboard/socket";
 import { sightingIn, targetReports } from "../targets/reports";
 import { currentMotion } from "../targets/targets";
 import {

@@ -1,7 +1,8 @@
 /** An offboard websocket for tests of a session: it keeps what was sent, and answers when the test says so. */
 
 import { vi } from "vitest";
-import type { ClientFrame, OffboardSocketEvents, ServerAnswer } from "../socket";
+import type { ClientFrame, ServerAnswer } from "../../../api/types";
+import type { OffboardSocketEvents } from "../socket";
 
 export const GRANTED = { type: "lease_granted", id: 1, holder: "ann", expires_in_s: 10 } satisfies ServerAnswer;
 export const DONE = { type: "done", id: 1, command: "enter", audit: [] } satisfies ServerAnswer;
