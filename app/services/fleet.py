@@ -416,7 +416,7 @@ class Fleet:
 def _is_at_rest(state: VehicleState) -> bool:
     """Disarmed and on the ground without a failsafe, as far as its messages report."""
     on_ground = state.landed in (LandedState.ON_GROUND, LandedState.UNDEFINED)
-    return not state.armed and not state.in_failsafe and on_ground
+    return not state.armed and not state.may_be_in_failsafe and on_ground
 
 
 def _by_number(vehicle_id: str) -> tuple[int, str]:

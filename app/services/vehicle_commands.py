@@ -89,7 +89,7 @@ async def hold_here(link: VehicleLink) -> None:
     refuse_amid_failsafe(link.state())
     may_fly_on = _flies_as_wing_in_hold(link, link.state())
     await link.hold()
-    if may_fly_on and not link.state().in_failsafe:
+    if may_fly_on and not link.state().may_be_in_failsafe:
         with contextlib.suppress(ConflictError):  # already being commanded by the end of offboard control
             await circle_here(link, lambda request: _accepted(link, request))
 

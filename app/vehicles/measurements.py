@@ -65,6 +65,7 @@ class Measurements:
     before_descent: FlightMode | None = None
     """The mode that was asked for last, apart from those that bring it down: PX4 goes back to it when it disarms."""
     in_failsafe: bool = False
+    is_critical: bool = False
     is_terminated: bool = False
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
@@ -87,18 +88,20 @@ class Measurements:
     def take_heartbeat(self, message: Heartbeat, received_s: float) -> LinkFact | None:
         """HEARTBEAT: mode, armed, failsafe."""
         self.steadiness.heartbeat(message, received_s)
-        old, before = self.heartbeat, (self.mode, self.in_failsafe, self.is_terminated)
+        old, before = self.heartbeat, (self.mode, self.in_failsafe, self.is_critical, self.is_terminated)
         self.heartbeat, self.heartbeat_s = message, received_s
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
         self.is_terminated = message.system_status == _TERMINATED
-        self.in_failsafe = self.is_terminated or message.system_status == _CRITICAL
+        self.is_critical = message.system_status == _CRITICAL
+        flies_as_intended = self.mode is self.intended_mode  # no failsafe acts then: it warns, as of a low battery
+        self.in_failsafe = self.is_terminated or (self.is_critical and not flies_as_intended)
         if not self.in_failsafe:
             self._intend(self.mode)
         self._time_failsafe(received_s)
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
-            and before == (self.mode, self.in_failsafe, self.is_terminated)
+            and before == (self.mode, self.in_failsafe, self.is_critical, self.is_terminated)
         )
         return None if same else StateChanged()
 
@@ -108,16 +111,16 @@ class Measurements:
         A mode that is not the intended one was chosen by a failsafe (PX4: nav_state beside nav_state_user_intention).
         Were the failsafe of the last HEARTBEAT kept, the new mode would be reported with the cause of the one before.
         """
-        before = self.mode
+        before, was_in_failsafe = self.mode, self.in_failsafe
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
         if message.intended_custom_mode:  # 0 is "not known"
             self._intend(flight_mode(message.intended_custom_mode, self.heartbeat))
-            if self.mode is not before:
-                chosen = message.custom_mode != message.intended_custom_mode
+            chosen = message.custom_mode != message.intended_custom_mode
+            if self.mode is not before or not chosen:
                 is_by_failsafe = chosen and self.mode is not FlightMode.OTHER  # which a mode executor shows as its own
                 self.in_failsafe = self.is_terminated or is_by_failsafe
         self._time_failsafe(received_s)
-        return None if before is self.mode else StateChanged()
+        return None if (before, was_in_failsafe) == (self.mode, self.in_failsafe) else StateChanged()
 
     def _time_failsafe(self, received_s: float) -> None:
         """A pause while a mere warning is active is no hold of a failsafe: there Hold is the intended mode."""
@@ -220,6 +223,7 @@ class Measurements:
             armed=None if beat is None else bool(beat.base_mode & _ARMED),
             landed=LandedState.UNDEFINED if system is None else _word(_LANDED, system.landed_state),
             in_failsafe=self.in_failsafe,
+            is_critical=self.is_critical,
             is_terminated=self.is_terminated,
             latitude_deg=None if place is None else place.lat / 1e7,
             longitude_deg=None if place is None else place.lon / 1e7,

@@ -142,7 +142,7 @@ def who_acts(state: VehicleState) -> Reason | None:
     """Return who else controls a vehicle that was left in Hold; None if nobody does. An unknown mode counts as
     nobody.
     """
-    if state.in_failsafe:
+    if state.may_be_in_failsafe:
         return Reason.of(ReasonCode.OFFBOARD_FAILSAFE)
     if state.mode not in (FlightMode.HOLD, None):
         return Reason.of(ReasonCode.OFFBOARD_MODE_BY_OTHERS, mode=state.mode.value)
@@ -195,6 +195,6 @@ def _taken_away(
         failsafe = vehicle.in_failsafe
         code = ReasonCode.OFFBOARD_FAILSAFE_MODE if failsafe else ReasonCode.OFFBOARD_MODE_BY_OTHERS
         return Reason.of(code, mode=mode)
-    if control_method is ControlMethod.COMMANDS and vehicle.in_failsafe:
+    if control_method is ControlMethod.COMMANDS and vehicle.may_be_in_failsafe:
         return Reason.of(ReasonCode.OFFBOARD_FAILSAFE_IN_HOLD)
     return Reason.of(ReasonCode.OFFBOARD_DISARMED) if vehicle.armed is False else None

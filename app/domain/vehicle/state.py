@@ -233,6 +233,8 @@ class VehicleState:
     its channel is not known. It is what the autopilot commands, not what a sensor saw. A new value counts once it was
     said for a quarter of a second without another one between; `gripper_output_newest_us` is the newest one.
     `durations`: None where nobody measures them, as in a recording; what is said counts then as it is.
+    `in_failsafe`: a failsafe has chosen the mode, or may have. `is_critical`: HEARTBEAT says MAV_STATE_CRITICAL, which
+    PX4 does for a mere warning, too, such as of a low battery.
     `is_terminated`: the autopilot has stopped the motors, by a failsafe or the kill switch, whatever the mode says.
     `failsafe_delay_s`: for how long a failsafe has held the vehicle in Hold mode, which is not the intended one; None:
     it does not. PX4 holds before most failsafes act.
@@ -244,6 +246,7 @@ class VehicleState:
     armed: bool | None = None
     landed: LandedState = LandedState.UNDEFINED
     in_failsafe: bool = False
+    is_critical: bool = False
     is_terminated: bool = False
     latitude_deg: float | None = None
     longitude_deg: float | None = None
@@ -278,6 +281,11 @@ class VehicleState:
     picture: Picture | None = None
     durations: SignalDurations | None = None
     failsafe_delay_s: float | None = None
+
+    @property
+    def may_be_in_failsafe(self) -> bool:
+        """Of a vehicle in the mode that was asked for nothing tells a warning from a failsafe that is about to act."""
+        return self.in_failsafe or self.is_critical
 
     @property
     def ground_speed_m_s(self) -> float | None:

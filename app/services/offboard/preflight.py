@@ -204,7 +204,7 @@ async def until_no_failsafe(link: VehicleLink, within_s: float) -> None:
     end = link.subscribe(lambda _fact: changed.set())
     try:
         async with asyncio.timeout(within_s):
-            while link.state().in_failsafe:
+            while link.state().may_be_in_failsafe:
                 changed.clear()
                 await changed.wait()
     except TimeoutError:

@@ -122,3 +122,33 @@ def test_a_termination_is_told_by_heartbeat_alone_and_no_other_message_ends_it()
     assert (state.is_terminated, state.in_failsafe) == (True, True)
     measurements.take_heartbeat(heartbeat(MISSION), 102.0)
     assert not measurements.state(102.0, connected=True).is_terminated, "the kill switch was set back"
+
+
+MISSION = 4 << 16 | 4 << 24
+
+
+@pytest.mark.parametrize("mode", [MISSION, HOLD, RETURN])
+def test_a_mere_warning_in_the_mode_that_was_asked_for_is_no_failsafe(mode: int) -> None:
+    """A low battery alone would keep every parcel on board otherwise: PX4 says CRITICAL for it, too."""
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(mode, failsafe=True), 100.0)
+    assert measurements.state(100.1, connected=True).in_failsafe, "the mode may be a failsafe's until more is known"
+    assert measurements.take_mode(CurrentMode(mode, mode), 100.2) is not None, (
+        "whoever waits for its end must hear of it"
+    )
+    measurements.take_heartbeat(heartbeat(mode, failsafe=True), 101.0)
+    state = measurements.state(101.1, connected=True)
+    assert (state.in_failsafe, state.may_be_in_failsafe) == (False, True)
+    measurements.take_heartbeat(heartbeat(mode), 102.0)
+    assert not measurements.state(102.1, connected=True).may_be_in_failsafe
+
+
+def test_a_failsafe_that_follows_its_warning_is_one() -> None:
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(MISSION), 100.0)
+    measurements.take_heartbeat(heartbeat(MISSION, failsafe=True), 101.0)
+    assert not measurements.state(101.1, connected=True).in_failsafe
+    measurements.take_mode(CurrentMode(HOLD, MISSION), 101.5)
+    assert measurements.state(101.6, connected=True).in_failsafe, "it holds before it acts"
+    measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 102.0)
+    assert measurements.state(102.1, connected=True).in_failsafe
