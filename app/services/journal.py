@@ -271,8 +271,8 @@ class Journal:
         batch: list[_Call] = []
         try:
             while batch := await self._next_batch():
-                await self._store_batch(batch)
-                if self._closed and not self._healthy:
+                goes_on = await self._store_batch(batch)
+                if self._closed and not goes_on:
                     break  # the rest would keep a service that stops waiting
         finally:  # after close() nothing is left, unless the disk failed; after a defect nobody may wait for ever
             self._closed = True
@@ -297,7 +297,8 @@ class Journal:
             self._slots.release()
         return [self._waiting.popleft() for _ in range(calls)]
 
-    async def _store_batch(self, batch: Sequence[_Call]) -> None:
+    async def _store_batch(self, batch: Sequence[_Call]) -> bool:
+        """Whether the store takes calls, though it may have refused some of these."""
         events = [event for call in batch for event in call.events]
         runs = [run for call in batch for run in call.runs]
         plans = [plan for call in batch for plan in call.plans]
@@ -307,15 +308,15 @@ class Journal:
             stored = await self._store.append(events, runs, plans, jobs, answers)
         except WaydropError as error:
             self._healthy = not isinstance(error, StorageError)
-            if len(batch) == 1 or not isinstance(error, InvalidInputError | RecordRefusedError):
-                _fail(batch, error)  # a full disk or a lock concerns all: each alone would wait for it once more
-                return
-            for call in batch:  # invalid data of one call must not affect the others
-                await self._store_batch((call,))
-            return
+            concerns_one = isinstance(error, InvalidInputError | RecordRefusedError)
+            if concerns_one and len(batch) > 1:  # invalid data of one call must not affect the others
+                return all([await self._store_batch((call,)) for call in batch])
+            _fail(batch, error)  # a full disk or a lock concerns all: each alone would wait for it once more
+            return concerns_one
         self._healthy = True
         self._publish(stored)
         _answer(batch, stored)
+        return True
 
     def _publish(self, stored: Sequence[Event]) -> None:
         if stored:

@@ -254,6 +254,22 @@ async def test_closing_waits_for_no_second_failure(store: MemoryEventStore) -> N
     assert [type(answer) for answer in answers] == [StorageError] * 5
 
 
+async def test_closing_stores_what_follows_a_call_that_the_store_refuses(store: MemoryEventStore) -> None:
+    journal = Journal(store, ManualClock(), batch_events=2)
+    await journal.start()
+    store.refuse = lambda event: RecordRefusedError("a constraint") if data_of(event)["seq"] == 3 else None
+    store.pause()
+    before = [asyncio.create_task(journal.record(event(n))) for n in range(5)]  # commits of 0 and 1, 2 and 3, 4
+    await settle()
+    closing = asyncio.create_task(journal.close())
+    await settle()
+    store.open.set()
+    await closing
+    answers = await asyncio.gather(*before, return_exceptions=True)
+    assert [isinstance(answer, RecordRefusedError) for answer in answers] == [False, False, False, True, False]
+    assert [data_of(one)["seq"] for one in store.events] == [0, 1, 2, 4]
+
+
 async def test_closing_twice_is_fine_and_a_closed_journal_is_not_healthy(journal: Journal) -> None:
     assert journal.healthy
     await journal.close()
