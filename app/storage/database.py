@@ -213,20 +213,16 @@ READERS: Final = 3
 CACHE_KIB: Final = 1000
 """Of each connection. SQLite's own 2,000 fill up over hours as a journal grows; commits take no longer with these."""
 
+_PATIENCE: Final = "PRAGMA busy_timeout = {}"
 # FULL and not NORMAL: in WAL mode NORMAL syncs only at checkpoints, so a power cut takes back the newest commits.
 # A drop command is recorded before it is sent; if that record were lost, the restart could drop again.
 _PRAGMAS: Final = (
+    _PATIENCE.format(BUSY_TIMEOUT_MS),
     "PRAGMA synchronous = FULL",
     "PRAGMA foreign_keys = ON",
     f"PRAGMA cache_size = -{CACHE_KIB}",
     f"PRAGMA journal_size_limit = {64 * 1024 * 1024}",
 )
-
-
-def _patience(timeout_ms: int) -> str:
-    return f"PRAGMA busy_timeout = {timeout_ms}"
-
-
 _READ_PRAGMAS: Final = (*_PRAGMAS, "PRAGMA query_only = ON")
 
 
@@ -321,6 +317,7 @@ class _Visitor:
         self._begin = begin
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="journal")
         self._connection: sqlite3.Connection | None = None
+        self._patience_ms = BUSY_TIMEOUT_MS
 
     def run(self, work: Callable[[sqlite3.Connection], T], patience_ms: int = BUSY_TIMEOUT_MS) -> asyncio.Future[T]:
         """Do `work` in a transaction."""
@@ -335,7 +332,9 @@ class _Visitor:
 
     def _transact(self, work: Callable[[sqlite3.Connection], T], patience_ms: int) -> T:
         connection = self._connection = self._connection or self._connect()
-        connection.execute(_patience(patience_ms))
+        if patience_ms != self._patience_ms:
+            connection.execute(_PATIENCE.format(patience_ms))
+            self._patience_ms = patience_ms
         connection.execute(self._begin)
         try:
             result = work(connection)
@@ -375,7 +374,9 @@ class _Pool:
 
     def _transact(self, work: Work[T], patience_ms: int) -> T:
         with self._engine.begin() as connection:
-            connection.exec_driver_sql(_patience(patience_ms))
+            if patience_ms != connection.info.get("patience_ms", BUSY_TIMEOUT_MS):
+                connection.exec_driver_sql(_PATIENCE.format(patience_ms))
+                connection.info["patience_ms"] = patience_ms
             return work(connection)
 
 
