@@ -17,6 +17,7 @@ from app.services.simulation import Simulation
 from app.vehicles.simulator_control import SimulatorControlSocket
 from tests.api.broken_parts import without_journal
 from tests.support.events import data_of
+from tests.support.fake_links import MEASURED_CLOCK
 from tests.support.runs_api import create, reaches
 from tests.support.scripted_simulator import ScriptedSimulator
 from tests.support.service_in_process import Service, run_service
@@ -208,7 +209,8 @@ async def test_a_speed_is_recorded_then_set_shown_with_its_caps_and_told_to_each
     assert (status, answer, simulator.orders) == (200, told, [{"speed": 20.0}])
     assert (await simulated.call("GET", VIEW))[2]["speed"] == told
     assert await speed_events(simulated) == [{"speed": 20.0, "actor": "local", "problem": None}]
-    assert [link.state().clock.least_rate for link in simulated.links] == [20.0, 20.0, None], "3 is a real one"
+    real = MEASURED_CLOCK.least_rate
+    assert [link.state().clock.least_rate for link in simulated.links] == [20.0, 20.0, real], "3 is a real one"
     assert (await simulated.call("PUT", SPEED, json={"speed": 4}))[2]["live"] is True
 
 

@@ -10,6 +10,7 @@ from app.domain.errors import ConflictError, WaydropError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
+from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
 from app.domain.vehicle.facts import (
     ClockRateSet,
@@ -32,6 +33,9 @@ from app.domain.vehicle.state import (
 from app.vehicles.mission_wire import mission_checksum, to_wire
 
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
+
+MEASURED_CLOCK = VehicleClock(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
+"""A start or a change does not wait until it is measured."""
 
 
 class FakeLink:
@@ -63,6 +67,7 @@ class FakeLink:
             battery_percent=90.0,
             home=HOME,
             home_ned_m=(0.0, 0.0, 0.0),
+            clock=MEASURED_CLOCK,
         )
         self._listeners: list[Callable[[LinkFact], None]] = []
         self.is_quarantined = False

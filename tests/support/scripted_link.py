@@ -20,7 +20,6 @@ from app.domain.flight.modes import disarmed_meanwhile
 from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
-from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
 from app.domain.vehicle.facts import ClockRateSet, LinkFact, QuarantineEnded, StateChanged
 from app.domain.vehicle.state import (
@@ -34,11 +33,10 @@ from app.domain.vehicle.state import (
 )
 from app.services.runs import RunSettings
 from app.vehicles.mission_wire import mission_checksum, to_wire
+from tests.support.fake_links import MEASURED_CLOCK
 
 FAST = RunSettings(armable_s=0.05, arm_again_s=0.01, poll_every_s=0.005, lost_after_s=60.0, ack_s=0.2, gripper_s=0.5)
 """A link that is away for a moment is not lost, however long the moment is on a busy machine."""
-
-MEASURED_CLOCK = VehicleClock(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 
 
 class ScriptedVehicle:

@@ -32,8 +32,8 @@ from app.services.plan_checks import PlanCheck
 from app.services.plans import NewPlan
 from tests.support.changed_flight import Document, begun, clinic_moved, fly, item, store
 from tests.support.events import item as an_item
+from tests.support.fake_links import MEASURED_CLOCK
 from tests.support.run_service import RunService, run_service
-from tests.support.scripted_link import MEASURED_CLOCK
 
 
 def when_the_facts_are_read(service: RunService) -> tuple[asyncio.Event, asyncio.Event]:
