@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
+import nats
 import pytest
 
 from app.api import ApiServices
@@ -41,10 +42,16 @@ class ClusterServers:
 
     def emptied(self) -> str:
         """Forget what the test before has stored; the URL of the database. It blocks."""
-        self.nats.stop()
-        self.nats.lose_store()
-        self.nats.start()
+        asyncio.run(_delete_streams(self.nats.url))
         return self.databases.with_tables()
+
+
+async def _delete_streams(url: str) -> None:
+    client = await nats.connect(url)
+    jetstream = client.jetstream()
+    for stream in await jetstream.streams_info():
+        await jetstream.delete_stream(stream.config.name)
+    await client.close()
 
 
 @contextmanager
@@ -69,6 +76,7 @@ async def run_node(folder: Path, servers: ClusterServers) -> AsyncIterator[Servi
     bus_settings = BusSettings(servers=settings.nats_servers, name="test")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("app.services.remote.journal.REACHED_TIMEOUT_S", SOON_S)  # or a late view answers
+        patch.setattr("app.services.projection.WAITING_TIMEOUT_S", LOOK_AGAIN_S)  # nothing waits from before the start
         async with run_service(folder, site=SITE) as gateway, api_node(settings) as url, open_bus(bus_settings) as bus:
             await _until_answered(bus, LEADER_CALLS)  # or the relay asks in vain at first
             async with (

@@ -41,11 +41,16 @@ class PostgresDatabases:
         return self._with_tables
 
 
-_EMPTY = """
+_TABLES = (
+    "gateways", "events", "plans", "runs", "jobs", "job_queues",
+    "tokens", "refusals", "answers", "claims", "webhooks", "attachments",
+)  # fmt: skip
+_EMPTY = f"""
 SET session_replication_role = replica;  -- without the triggers that keep events and plans
-TRUNCATE gateways, events, plans, runs, jobs, job_queues, tokens, refusals, answers, claims, webhooks, attachments;
+{"".join(f"DELETE FROM {table};" for table in _TABLES)}
 UPDATE stream SET position = 0;
 """
+"""TRUNCATE takes ten times as long: it makes new files for each table and its indexes."""
 
 
 async def _execute(url: str, statement: str) -> None:
