@@ -6,38 +6,63 @@ import http.client
 import ipaddress
 import ssl
 from contextlib import closing
-from typing import Final
+from typing import Annotated, Final
 
-from app.cli.serve import HostOption, PortOption
+import typer
+
 from app.cli.terminal import ServerRefusedError, ServerUnreachableError
-from app.config import Settings, load_settings
+from app.cli.variables import variable
 
 TIMEOUT_S: Final = 5.0
 
 
-def health(host: HostOption = None, port: PortOption = None) -> None:
+def _host() -> str:
+    return variable("WAYDROP_HOST") or "127.0.0.1"
+
+
+def _port() -> str:
+    return variable("WAYDROP_PORT") or "8080"
+
+
+HostOption = Annotated[
+    str,
+    typer.Option(
+        "--host", default_factory=_host, show_default=False, help="Address that it listens on; default: WAYDROP_HOST."
+    ),
+]
+PortOption = Annotated[
+    int,
+    typer.Option(
+        "--port",
+        min=0,
+        max=65535,
+        default_factory=_port,
+        show_default=False,
+        help="Port that it listens on; default: WAYDROP_PORT.",
+    ),
+]
+
+
+def health(host: HostOption, port: PortOption) -> None:
     """Ask the Waydrop of these settings whether it is ready, for health checks."""
-    settings = load_settings(host=host, port=port)
+    address = _address(host.strip())
     try:
-        with closing(_connection(settings)) as connection:  # http.client: it knows no proxies
+        with closing(_connection(address, port)) as connection:  # http.client: it knows no proxies
             connection.request("GET", "/readyz")
             status = connection.getresponse().status
     except (OSError, http.client.HTTPException) as error:
-        raise ServerUnreachableError(
-            f"Waydrop does not respond at port {settings.port} of {_address(settings.host)}: {error}"
-        ) from error
+        raise ServerUnreachableError(f"Waydrop does not respond at port {port} of {address}: {error}") from error
     if status != http.HTTPStatus.OK:
         raise ServerRefusedError("service.not_ready", f"/readyz answers {status}", status=status)
 
 
-def _connection(settings: Settings) -> http.client.HTTPConnection:
-    address = _address(settings.host)
-    if settings.tls_cert is None:
-        return http.client.HTTPConnection(address, settings.port, timeout=TIMEOUT_S)
+def _connection(address: str, port: int) -> http.client.HTTPConnection:
+    if not variable("WAYDROP_TLS_CERT"):
+        return http.client.HTTPConnection(address, port, timeout=TIMEOUT_S)
     # the certificate is for the name that clients use, and nothing secret is sent
-    unchecked = ssl.create_default_context()
+    unchecked = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     unchecked.check_hostname, unchecked.verify_mode = False, ssl.CERT_NONE
-    return http.client.HTTPSConnection(address, settings.port, timeout=TIMEOUT_S, context=unchecked)
+    return http.client.HTTPSConnection(address, port, timeout=TIMEOUT_S, context=unchecked)
 
 
 def _address(host: str) -> str:

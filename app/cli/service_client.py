@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ import typer
 from pydantic import BaseModel, ValidationError
 
 from app.cli.terminal import AnswerLostError, ServerRefusedError, ServerUnreachableError
+from app.cli.variables import variable
 from app.domain.errors import InvalidInputError
 from app.domain.events import Event
 
@@ -32,9 +32,9 @@ GATEWAY_STATUSES: Final = {502, 503, 504}
 
 
 def default_server() -> str:
-    """The service on this machine with the port and TLS of its variables: reading all settings would cost a second."""
-    port = os.environ.get("WAYDROP_PORT") or "8080"
-    return f"http{'s' if os.environ.get('WAYDROP_TLS_CERT') else ''}://127.0.0.1:{port}"
+    """The service on this machine with the port and TLS of its variables."""
+    port = variable("WAYDROP_PORT") or "8080"
+    return f"http{'s' if variable('WAYDROP_TLS_CERT') else ''}://127.0.0.1:{port}"
 
 
 ServerOption = Annotated[

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ssl
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +16,7 @@ import pytest
 
 from tests.support.certificates import write_certificate
 from tests.support.commands import Capture, status_of
+from tests.support.paths import ROOT
 
 
 @pytest.fixture(autouse=True)
@@ -92,3 +95,21 @@ def test_one_that_is_not_ready_or_not_there_ends_with_another_status(
     assert "/readyz answers 503" in capsys.readouterr().err
     assert status_of(monkeypatch, "health", "--port", str(port)) == 3
     assert f"port {port} of 127.0.0.1" in capsys.readouterr().err
+
+
+def test_a_port_that_is_none_is_refused_as_a_setting(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    for port in ("tcp://10.0.0.1:8080", "70000"):
+        monkeypatch.setenv("WAYDROP_PORT", port)
+        assert status_of(monkeypatch, "health") == 2
+        assert "--port" in capsys.readouterr().err
+
+
+def test_no_other_settings_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It runs every few seconds beside a flight: app.config would take twice its CPU time."""
+    with answering() as port:
+        monkeypatch.setenv("WAYDROP_PORT", str(port))
+        check = (
+            "import sys; from app.cli.main import app; app(['health'], standalone_mode=False); "
+            "assert not {'app.config', 'aiohttp', 'asyncio'} & set(sys.modules)"
+        )
+        subprocess.run((sys.executable, "-c", check), cwd=ROOT, check=True)
