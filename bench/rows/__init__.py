@@ -25,6 +25,7 @@ MODULES: Final[Mapping[str, str]] = {
     "telemetry": "guard",
     "guard": "guard",
     "help": "start",
+    "health": "start",
     "start": "start",
     "memory": "memory",
     "memory-socket": "memory",

@@ -1,4 +1,4 @@
-"""What it takes to start: `waydrop --help`, and `waydrop serve` until it is ready; the floor only imports libraries."""
+"""What it takes to start `waydrop --help`, `health` and `serve` until it is ready; the floor only imports libraries."""
 
 from __future__ import annotations
 
@@ -93,6 +93,20 @@ async def help_prepared(scale: Scale) -> AsyncIterator[Round]:
 
 
 @asynccontextmanager
+async def health_prepared(scale: Scale) -> AsyncIterator[Round]:
+    """A process for each, beside a service that is ready."""
+    with tempfile.TemporaryDirectory() as folder, service(Path(folder)) as (process, url):
+        wait_ready(process, url)
+        port = url.rpartition(":")[2]
+
+        async def measure() -> Pair:
+            return Pair(cpu_of(sys.executable, "-m", "app", "health", "--port", port), floor())
+
+        await measure()
+        yield measure
+
+
+@asynccontextmanager
 async def start_prepared(scale: Scale) -> AsyncIterator[Round]:
     """A process for each, on one journal."""
     with tempfile.TemporaryDirectory() as folder:
@@ -113,6 +127,16 @@ ROWS: Final = (
         goal=Goal(0.5, "at most", of="value"),
         prepare=help_prepared,
         limited_by="importing typer and rich",
+        rounds=5,
+    ),
+    Row(
+        name="health",
+        title="`waydrop health`, the health check of containers",
+        floor=f"python -c '{LIBRARIES}'",
+        unit="s CPU",
+        goal=Goal(0.3, "at most", of="value"),
+        prepare=health_prepared,
+        limited_by="importing typer, and pydantic for its options",
         rounds=5,
     ),
     Row(
