@@ -12,18 +12,26 @@ import sqlalchemy as sa
 from app.domain.errors import StorageError
 from app.storage.database import storage_errors
 from app.storage.private import refuse_lost_journal
-from app.storage.schema import REVISION
+from app.storage.schema import REVISION, make_tables
 
 APPLICATION_ID: Final = 0x57617964
 """PRAGMA application_id of a journal: "Wayd". It identifies the file as ours."""
 
 MIGRATIONS: Final = Path(__file__).parent / "migrations"
 
+_ALEMBICS: Final = sa.Table(
+    "alembic_version",
+    sa.MetaData(),
+    sa.Column("version_num", sa.String(32), nullable=False),
+    sa.PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
+)
+"""Where alembic keeps the step that a journal is at."""
+
 
 def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
     """Create or upgrade the journal at `path`: all steps in one transaction, so that a kill leaves the old journal.
 
-    A current journal is not changed, and alembic, which is slow to import, is not loaded.
+    A current journal is not changed, a new one made at once: alembic, which is slow to import, is only for old ones.
 
     Raises:
         StorageError: the file is not a journal, is of a newer Waydrop, or cannot be read or written.
@@ -32,7 +40,9 @@ def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
         connection.exec_driver_sql("PRAGMA synchronous = FULL")
         connection.exec_driver_sql("BEGIN IMMEDIATE")
         _refuse_foreign_file(connection, path)
-        if scripts != MIGRATIONS or _revision(connection) != REVISION:
+        if scripts == MIGRATIONS and _is_empty(connection):
+            _make(connection)
+        elif scripts != MIGRATIONS or _revision(connection) != REVISION:
             _upgrade(connection, path, scripts)
         connection.exec_driver_sql("COMMIT")
         _use_wal(connection, path)
@@ -72,13 +82,22 @@ def _revision(connection: sa.Connection) -> str | None:
 
 def _refuse_foreign_file(connection: sa.Connection, path: Path) -> None:
     application_id = connection.exec_driver_sql("PRAGMA application_id").scalar_one()
-    objects = connection.exec_driver_sql("SELECT count(*) FROM sqlite_schema").scalar_one()
-    if application_id != APPLICATION_ID and (application_id != 0 or objects):
+    if application_id != APPLICATION_ID and (application_id != 0 or not _is_empty(connection)):
         raise StorageError(
             f"{path} is a database of another program, not a journal",
             hint="use another file; Waydrop creates it if it does not exist",
         )
     connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
+
+
+def _is_empty(connection: sa.Connection) -> bool:
+    return connection.exec_driver_sql("SELECT 1 FROM sqlite_schema").first() is None
+
+
+def _make(connection: sa.Connection) -> None:
+    make_tables(connection)
+    _ALEMBICS.create(connection)
+    connection.execute(_ALEMBICS.insert(), {"version_num": REVISION})
 
 
 def _use_wal(connection: sa.Connection, path: Path) -> None:
@@ -91,7 +110,7 @@ def _use_wal(connection: sa.Connection, path: Path) -> None:
 
 
 def _upgrade(connection: sa.Connection, path: Path, scripts: Path) -> None:
-    from alembic import command  # here: most starts find a journal that is up to date
+    from alembic import command  # here: most starts find a journal that is up to date, or none
     from alembic.config import Config
     from alembic.runtime.migration import MigrationContext
     from alembic.script import ScriptDirectory

@@ -1,4 +1,5 @@
-"""The tables, as code reads and writes them. migrations/ makes them; a test holds the two equal.
+"""The tables, as code reads and writes them. A new journal gets these, an older one what migrations/ make; a test holds
+the two equal.
 
 Documents (a run, a plan, an event's data) are JSON text; columns beside them exist only to be searched.
 `position` is the order of insertion: "newest first" must not depend on a clock that jumps.
@@ -47,8 +48,7 @@ EVENTS = sa.Table(
     sa.Index("ix_events_pruned", "seq", sqlite_where=PRUNED_KIND),
     sa.Index("ix_events_offboard", "kind", "vehicle_id", "seq", sqlite_where=OFFBOARD_KINDS),
 )
-"""Triggers (migrations/versions/v0001) refuse a change, a seq that is not the next one, and a deletion of what no
-journal.pruned event names.
+"""Triggers refuse a change, a seq that is not the next one, and a deletion of what no journal.pruned event names.
 `hash` chains the rows (domain/events/event.py); storage/verify.py checks it.
 """
 
@@ -173,3 +173,28 @@ WEBHOOKS = sa.Table(
 """`document` is what an administrator set, `progress` how far it has come: two writers, two columns. The secret signs
 messages, so it is kept as it is.
 """
+
+# REPLACE deletes a row without firing a trigger for deletion; the check of the next seq stops that as well
+_PRUNED = "(SELECT json_extract(data, '$.{}') FROM events WHERE kind = 'journal.pruned' ORDER BY seq DESC LIMIT 1)"
+_TRIGGERS = (
+    """CREATE TRIGGER events_are_gapless BEFORE INSERT ON events
+    WHEN NEW.seq IS NOT (SELECT coalesce(max(seq), 0) + 1 FROM events)
+    BEGIN SELECT RAISE(ABORT, 'an event must have the next seq'); END""",
+    """CREATE TRIGGER events_never_change BEFORE UPDATE ON events
+    BEGIN SELECT RAISE(ABORT, 'events never change'); END""",
+    f"""CREATE TRIGGER events_go_by_age BEFORE DELETE ON events
+    WHEN OLD.seq > coalesce({_PRUNED.format("up_to")}, 0)
+    BEGIN SELECT RAISE(ABORT, 'events are deleted only by retention'); END""",
+    """CREATE TRIGGER plans_never_change BEFORE UPDATE ON plans
+    BEGIN SELECT RAISE(ABORT, 'plans never change'); END""",
+    f"""CREATE TRIGGER plans_go_by_age BEFORE DELETE ON plans
+    WHEN OLD.created_at >= coalesce({_PRUNED.format("before")}, OLD.created_at)
+    BEGIN SELECT RAISE(ABORT, 'plans are deleted only by retention'); END""",
+)
+
+
+def make_tables(connection: sa.Connection) -> None:
+    """Make all of them in an empty journal."""
+    METADATA.create_all(connection)
+    for trigger in _TRIGGERS:
+        connection.exec_driver_sql(trigger)

@@ -50,6 +50,12 @@ def tables(path: Path) -> set[str]:
         return {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
 
 
+def definitions(path: Path) -> list[str]:
+    """Of its tables, indexes and triggers."""
+    with opened(path) as connection:
+        return sorted(sql for (sql,) in connection.execute("SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL"))
+
+
 def revision(path: Path) -> str:
     with opened(path) as connection:
         return str(connection.execute("SELECT version_num FROM alembic_version").fetchone()[0])
@@ -61,18 +67,29 @@ def journal(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def later_scripts(tmp_path: Path) -> Path:
+def steps(tmp_path: Path) -> Path:
+    """The steps in a folder of their own: they are run for a new journal, too."""
+    return shutil.copytree(MIGRATIONS, tmp_path / "migrations")
+
+
+@pytest.fixture
+def later_scripts(tmp_path: Path, steps: Path) -> Path:
     """The migrations of a later version, with one more step."""
-    scripts = tmp_path / "migrations"
-    shutil.copytree(MIGRATIONS, scripts)
     migrate(tmp_path / "probe.db")
-    (scripts / "versions" / "v9999_later.py").write_text(STEP.format(parent=revision(tmp_path / "probe.db"), more=""))
-    return scripts
+    (steps / "versions" / "v9999_later.py").write_text(STEP.format(parent=revision(tmp_path / "probe.db"), more=""))
+    return steps
 
 
-def test_the_newest_step_is_the_one_that_the_code_knows(journal: Path) -> None:
-    migrate(journal)
+def test_the_newest_step_is_the_one_that_the_code_knows(journal: Path, steps: Path) -> None:
+    migrate(journal, steps)
     assert revision(journal) == REVISION
+
+
+def test_a_new_journal_has_what_the_steps_make(tmp_path: Path, journal: Path, steps: Path) -> None:
+    migrate(journal)
+    migrate(tmp_path / "by_steps.db", steps)
+    assert definitions(journal) == definitions(tmp_path / "by_steps.db")
+    assert revision(journal) == revision(tmp_path / "by_steps.db")
 
 
 def test_a_step_names_one_schema_for_ever(journal: Path) -> None:
@@ -81,9 +98,7 @@ def test_a_step_names_one_schema_for_ever(journal: Path) -> None:
     If this fails, add a step to migrations/versions, set REVISION to it, and then this hash.
     """
     migrate(journal)
-    with opened(journal) as connection:
-        made = sorted(sql for (sql,) in connection.execute("SELECT sql FROM sqlite_schema WHERE sql IS NOT NULL"))
-    schema = hashlib.sha256("\n".join(made).encode()).hexdigest()
+    schema = hashlib.sha256("\n".join(definitions(journal)).encode()).hexdigest()
     assert (REVISION, schema) == ("journal_4", "a71b473d54594627153eccebbd08e87f6a0cc0845894ed07615c275a99e7a1e1")
 
 
@@ -100,17 +115,17 @@ def test_a_journal_of_an_early_journal_3_gets_the_indexes_that_it_lacks(journal:
     assert (lacking <= indexes, revision(journal)) == (True, REVISION)
 
 
-def test_a_journal_that_is_up_to_date_is_opened_without_alembic(journal: Path) -> None:
-    migrate(journal)
-    again = (
+def test_a_journal_that_is_new_or_up_to_date_is_opened_without_alembic(journal: Path) -> None:
+    twice = (
         "import pathlib, sys; from app.storage.migrate import migrate; "
-        f"migrate(pathlib.Path({str(journal)!r})); assert 'alembic' not in sys.modules"
+        f"path = pathlib.Path({str(journal)!r}); migrate(path); migrate(path); assert 'alembic' not in sys.modules"
     )
-    subprocess.run((sys.executable, "-c", again), cwd=ROOT, check=True)
+    subprocess.run((sys.executable, "-c", twice), cwd=ROOT, check=True)
+    assert revision(journal) == REVISION
 
 
-def test_the_steps_make_the_tables_that_the_code_uses(journal: Path) -> None:
-    migrate(journal)
+def test_the_steps_make_the_tables_that_the_code_uses(journal: Path, steps: Path) -> None:
+    migrate(journal, steps)
     engine = sa.create_engine(sa.URL.create("sqlite", database=str(journal)), poolclass=sa.NullPool)
     with engine.connect() as connection:
         context = MigrationContext.configure(connection, opts={"compare_type": True, "compare_server_default": True})
