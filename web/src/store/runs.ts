@@ -31,6 +31,11 @@ export function currentRun(vehicle: Pick<Vehicle, "id" | "run_id">, runs: Readon
   return newestOpen(runs).get(vehicle.id) ?? null;
 }
 
+/** The run to show of a vehicle: the open one, else its newest. */
+export function shownRun(vehicle: Pick<Vehicle, "id" | "run_id">, runs: Readonly<Record<string, Run>>): Run | null {
+  return currentRun(vehicle, runs) ?? newestRuns(runs).find((run) => run.vehicle_id === vehicle.id) ?? null;
+}
+
 const known = new WeakMap<Readonly<Record<string, Run>>, ReadonlyMap<string, Run>>();
 
 /** By vehicle. Worked out once for each state of the runs: a large fleet asks for it with every frame of telemetry. */

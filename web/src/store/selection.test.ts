@@ -2,7 +2,7 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 import { sampleRun, sampleVehicle } from "../testing/samples";
 
 vi.stubGlobal("requestAnimationFrame", (draw: () => void) => draw());
-const { receiveFrame } = await import("./store");
+const { dispatch, receiveFrame } = await import("./store");
 const { chooseNoRun, selectedRun, selectVehicle, vehicleId } = await import("./selection");
 
 describe("the run that is shown while none is chosen", () => {
@@ -17,6 +17,32 @@ describe("the run that is shown while none is chosen", () => {
   });
 
   it("is the newest one if no vehicle is chosen either", () => expect(selectedRun.value?.id).toBe("flying"));
+
+  it("stays that vehicle's, whatever others do: no other's commands come under a finger", () => {
+    expect(selectedRun.value?.id).toBe("flying");
+    for (const state of ["uploaded", "failed"] as const) {
+      const newer = sampleRun({ id: "newer", vehicle_id: "v1", state, created_at: 950, updated_at: 951 });
+      dispatch({ type: "run_read", run: newer });
+      expect(selectedRun.value?.id).toBe("flying");
+    }
+    const fields = { vehicle_id: "v2", updated_at: 999 };
+    dispatch({ type: "run_read", run: sampleRun({ id: "flying", state: "completed", created_at: 900, ...fields }) });
+    dispatch({ type: "run_read", run: sampleRun({ id: "other", vehicle_id: "v3", created_at: 960 }) });
+    expect(selectedRun.value?.id).toBe("flying");
+    dispatch({ type: "run_read", run: sampleRun({ id: "next", created_at: 950, ...fields }) });
+    expect(selectedRun.value?.id).toBe("next");
+  });
+
+  it("is an open one where there is one", async () => {
+    vi.resetModules();
+    const [store, selection] = [await import("./store"), await import("./selection")];
+    const runs = [
+      sampleRun({ id: "flying", vehicle_id: "v2", created_at: 900 }),
+      sampleRun({ id: "failed", vehicle_id: "v1", state: "failed", created_at: 950 }),
+    ];
+    store.receiveFrame({ type: "snapshot", seq: 0, vehicles: [], runs });
+    expect(selection.selectedRun.value?.id).toBe("flying");
+  });
 
   it("is never that of another vehicle, known to the page or not", () => {
     selectVehicle("v9");

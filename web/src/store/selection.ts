@@ -3,7 +3,8 @@
  */
 
 import { batch, computed, signal } from "@preact/signals";
-import { currentRun, newestRuns } from "./runs";
+import type { Run } from "../api/types";
+import { hasRunEnded, newestRuns, shownRun } from "./runs";
 import { runs, vehicles } from "./store";
 
 export const PANELS = ["plan", "run", "jobs", "offboard", "simulator"] as const;
@@ -26,20 +27,27 @@ export const selectedVehicle = computed(() =>
   vehicleId.value === null ? null : (vehicles.value[vehicleId.value] ?? null),
 );
 
+/** The vehicle that is shown while none is chosen. */
+let shownVehicle: string | null = null;
+
 /**
- * The chosen run; if none is chosen, the open run of the chosen vehicle, else its newest one; of all vehicles only if
- * none is chosen. A choice that is not known has none: commands on another run would be given to another vehicle.
+ * The chosen run; if none is chosen, the open run of the chosen vehicle, else its newest one. A choice that is not
+ * known has none: commands on another run would be given to another vehicle. For the same reason the vehicle stays
+ * while none is chosen: first that of the newest open run, else of the newest one.
  */
 export const selectedRun = computed(() => {
   if (runId.value !== null) return runs.value[runId.value] ?? null;
-  const id = vehicleId.value;
-  if (id === null) return newestRuns(runs.value)[0] ?? null;
-  return (
-    currentRun(selectedVehicle.value ?? { id, run_id: null }, runs.value) ??
-    newestRuns(runs.value).find((run) => run.vehicle_id === id) ??
-    null
-  );
+  if (vehicleId.value !== null) return runOf(vehicleId.value);
+  const newest = newestRuns(runs.value);
+  const kept = shownVehicle === null ? null : runOf(shownVehicle);
+  const run = kept ?? newest.find((one) => !hasRunEnded(one)) ?? newest[0] ?? null;
+  shownVehicle = run?.vehicle_id ?? null;
+  return run;
 });
+
+function runOf(vehicle: string): Run | null {
+  return shownRun(vehicles.value[vehicle] ?? { id: vehicle, run_id: null }, runs.value);
+}
 
 export function selectVehicle(id: string): void {
   vehicleId.value = id;
@@ -57,7 +65,7 @@ export function selectRun(id: string): void {
   });
 }
 
-/** The open run of the chosen vehicle is shown then, else the newest one. */
+/** The open run of the chosen vehicle is shown then, else its newest one. */
 export function chooseNoRun(): void {
   runId.value = null;
   itemId.value = null;

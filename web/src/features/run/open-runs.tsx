@@ -19,6 +19,10 @@ const openRuns = computed(() =>
     .filter((run) => !hasRunEnded(run))
     .reverse(),
 );
+/** All of them, if the panel does not show the only one. */
+export const listedRuns = computed(() =>
+  openRuns.value.some(({ id }) => id !== selectedRun.value?.id) ? openRuns.value : [],
+);
 const readyRuns = computed(() => openRuns.value.filter(({ state }) => state === "uploaded"));
 
 /** Several runs can be started together: that is the next thing to do. */
@@ -27,14 +31,14 @@ export const canStartTogether = computed(() => readyRuns.value.length > 1);
 /** All runs that are prepared or under way, one below the other; those that are ready can be started together. */
 export function OpenRuns() {
   const [leftOut, setLeftOut] = useState<readonly string[]>([]);
-  if (openRuns.value.length < 2) return null;
+  if (listedRuns.value.length === 0) return null;
   const chosen = readyRuns.value.filter(({ id }) => !leftOut.includes(id));
   const toggle = (id: string) =>
     setLeftOut(leftOut.includes(id) ? leftOut.filter((one) => one !== id) : [...leftOut, id]);
   return (
     <section class="open-runs" aria-label="Open runs">
       <ul>
-        {openRuns.value.map((run) => (
+        {listedRuns.value.map((run) => (
           <li key={run.id} data-run={run.id} data-state={run.state}>
             {canStartTogether.value && run.state === "uploaded" && (
               <input

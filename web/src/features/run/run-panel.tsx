@@ -33,13 +33,21 @@ import { UnknownRun } from "./unknown-run";
 
 /** `firstFlight`: what to offer to somebody who has no run yet. */
 export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
+  return (
+    <div class="panel-body run-panel">
+      <OpenRuns />
+      <Selected firstFlight={firstFlight} />
+    </div>
+  );
+}
+
+function Selected({ firstFlight }: { firstFlight: ComponentChildren }) {
   const run = selectedRun.value;
   if (unknownRun.value !== null) return <UnknownRun id={unknownRun.value} />;
   if (run === null) return <NoRun>{firstFlight}</NoRun>;
   const questions = consentRequests(run);
   return (
-    <div class="panel-body run-panel">
-      <OpenRuns />
+    <>
       <RunHead run={run} />
       <RunSteps run={run} />
       {run.state === "uploading" && <Upload value={run.upload_percent} />}
@@ -79,7 +87,7 @@ export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
       )}
       <RunComparison key={`comparison ${run.id}`} run={run} />
       <RunItems key={`items ${run.id}`} run={run} />
-    </div>
+    </>
   );
 }
 
