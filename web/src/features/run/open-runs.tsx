@@ -1,5 +1,4 @@
-import { computed } from "@preact/signals";
-import { useState } from "preact/hooks";
+import { computed, signal, useSignalEffect } from "@preact/signals";
 import { api } from "../../api/client";
 import type { Run } from "../../api/types";
 import { runStateLabel, runStateTone } from "../../format/labels";
@@ -28,13 +27,27 @@ const readyRuns = computed(() => openRuns.value.filter(({ state }) => state === 
 /** Several runs can be started together: that is the next thing to do. */
 export const canStartTogether = computed(() => readyRuns.value.length > 1);
 
+/** By run, whether the common start includes it: as the operator left it, who may look at something else meanwhile. */
+const included = signal<Readonly<Record<string, boolean>>>({});
+export const commonStart = computed(() => readyRuns.value.filter(({ id }) => included.value[id]));
+
+/** Runs that are listed together are included. One that joins them, perhaps prepared by somebody else, is not. */
+export function offerCommonStart(): void {
+  if (!canStartTogether.value) return;
+  const before = included.peek();
+  const areAllNew = readyRuns.value.every(({ id }) => !(id in before));
+  included.value = { ...Object.fromEntries(readyRuns.value.map(({ id }) => [id, areAllNew])), ...before };
+}
+
+export function include(run: string, isIncluded: boolean): void {
+  included.value = { ...included.value, [run]: isIncluded };
+}
+
 /** All runs that are prepared or under way, one below the other; those that are ready can be started together. */
 export function OpenRuns() {
-  const [leftOut, setLeftOut] = useState<readonly string[]>([]);
+  useSignalEffect(offerCommonStart);
   if (listedRuns.value.length === 0) return null;
-  const chosen = readyRuns.value.filter(({ id }) => !leftOut.includes(id));
-  const toggle = (id: string) =>
-    setLeftOut(leftOut.includes(id) ? leftOut.filter((one) => one !== id) : [...leftOut, id]);
+  const chosen = commonStart.value;
   return (
     <section class="open-runs" aria-label="Open runs">
       <ul>
@@ -45,7 +58,7 @@ export function OpenRuns() {
                 type="checkbox"
                 aria-label={`Include ${run.vehicle_id} in the start`}
                 checked={chosen.includes(run)}
-                onChange={() => toggle(run.id)}
+                onChange={(event) => include(run.id, event.currentTarget.checked)}
               />
             )}
             <OpenRun run={run} />
@@ -55,7 +68,7 @@ export function OpenRuns() {
       {canStartTogether.value && (
         <HoldButton
           verb="Start"
-          vehicle={countOf(chosen.length, "flight")}
+          vehicle={flightsOf(chosen)}
           tone="ok"
           primary
           disabled={!live.value || chosen.length === 0 || !mayAct("start")}
@@ -64,6 +77,12 @@ export function OpenRuns() {
       )}
     </section>
   );
+}
+
+/** "2 flights: v6, v7". */
+export function flightsOf(chosen: readonly Run[]): string {
+  const count = countOf(chosen.length, "flight");
+  return chosen.length === 0 ? count : `${count}: ${chosen.map(({ vehicle_id }) => vehicle_id).join(", ")}`;
 }
 
 function OpenRun({ run }: { run: Run }) {
