@@ -49,6 +49,10 @@ it("in every state of flight the vehicle can be told to land", () => {
   for (const state of flight) expect(allowedActions(sampleRun({ state }))).toContain("land");
 });
 
+it("a vehicle that returns, or lands, can be held where it is or brought back", () => {
+  expect(allowedActions(sampleRun({ state: "returning" }))).toEqual(["pause", "return", "land"]);
+});
+
 it("in flight the vehicle can divert to a rally point where the plan has some, unless it returns already", () => {
   for (const state of ["flying", "at_drop", "paused"] as const)
     expect(allowedActions(sampleRun({ state }), 1)).toContain("divert");

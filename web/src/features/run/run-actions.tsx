@@ -101,7 +101,10 @@ export function mayAct(action: RunAction): boolean {
   return hasRole(action === "start" ? "dispatcher" : "pilot");
 }
 
-/** What an operator may ask for. The service decides; this only keeps useless buttons away. */
+/**
+ * What an operator may ask for. The service decides; this only keeps useless buttons away. `returning` is each way
+ * down, landing too; in Return mode the service refuses to divert before a pause.
+ */
 const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
   created: ["abort"],
   uploading: ["abort"],
@@ -110,7 +113,7 @@ const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
   flying: ["pause", "return", "divert", "land"],
   at_drop: ["pause", "return", "divert", "land"],
   paused: ["resume", "return", "divert", "land"],
-  returning: ["land"],
+  returning: ["pause", "return", "land"],
   landed: [],
   completed: [],
   aborted: [],
