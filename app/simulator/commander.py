@@ -298,7 +298,7 @@ class Commander:
         if status.mode is Mode.TERMINATION:
             status.system_status = SystemStatus.FLIGHT_TERMINATION
         elif status.armed:
-            status.system_status = SystemStatus.CRITICAL if status.failsafe else SystemStatus.ACTIVE
+            status.system_status = SystemStatus.CRITICAL if status.in_failsafe else SystemStatus.ACTIVE
         else:
             status.system_status = SystemStatus.STANDBY if self.checks_good else SystemStatus.UNINIT
 

@@ -55,6 +55,7 @@ class Battery:
         if status.armed:
             status.battery_fraction = max(0.0, status.battery_fraction - VehicleClock.STEP_S / ENDURANCE_S)
         level = self._level()
+        status.battery_warning = max(level, status.battery_warning) if status.armed else level
         if status.armed and not self._was_armed:
             self._acted = level
         self._was_armed = status.armed
@@ -207,6 +208,11 @@ class LinkLossFailsafe:
             limit_s = float(self._params["COM_DL_LOSS_T"]) + HEARTBEAT_TIMEOUT_S * self._clock.speed
             if self._clock.now_s - self._heard_at_s > limit_s:
                 self._lose()
+        self._status.gcs_loss_counts = (
+            self._status.gcs_lost
+            and self._params.integer("NAV_DLL_ACT") in (*LINK_LOSS_ACTIONS, TERMINATE, DISARM)
+            and self._commander.intended is not Mode.LAND
+        )
         if self._act_at_s is not None and self._clock.now_s >= self._act_at_s:
             self._act_at_s = None
             action = LINK_LOSS_ACTIONS.get(self._params.integer("NAV_DLL_ACT"))

@@ -93,6 +93,7 @@ class Status:
     armed: bool = False
     armed_at_s: float = 0.0
     failsafe: bool = False
+    """One flies the mode, not the user."""
     system_status: SystemStatus = SystemStatus.UNINIT
     landed_state: LandedState = LandedState.ON_GROUND
     """As EXTENDED_SYS_STATE shows it."""
@@ -100,7 +101,11 @@ class Status:
     vtol_state: VtolState = VtolState.UNDEFINED
     home: Home | None = None
     battery_fraction: float = 1.0
+    battery_warning: int = 0
+    """1 low, 2 critical, 3 emergency; armed it only rises."""
     gcs_lost: bool = False
+    gcs_loss_counts: bool = False
+    """It is lost, and NAV_DLL_ACT has an action against that, which a landing does not need."""
     gps_lost: bool = False
     """No fix now."""
     position_valid: bool = True
@@ -112,6 +117,11 @@ class Status:
     def shown_mode(self) -> Mode:
         """As HEARTBEAT and CURRENT_MODE tell it: terminated, PX4 shows the mode that was intended (v1.19, flown)."""
         return self.intended if self.mode is Mode.TERMINATION else self.mode
+
+    @property
+    def in_failsafe(self) -> bool:
+        """PX4's inFailsafe(): an action, or a warning, which an action becomes when a user takes over."""
+        return self.failsafe or self.battery_warning > 0 or self.fence_breached or self.gcs_loss_counts
 
     @property
     def landed(self) -> bool:

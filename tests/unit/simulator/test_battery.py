@@ -47,6 +47,32 @@ def test_it_acts_as_com_low_bat_act_says(fraction: float, action: int, mode: Mod
     assert gcs.vehicle.state.status.mode is mode
 
 
+@pytest.mark.parametrize("fraction", [0.14, 0.06, 0.04])
+def test_a_mere_warning_shows_as_critical_too(fraction: float) -> None:
+    """PX4's inFailsafe() counts every action but None (flown); no failsafe flies it."""
+    gcs = flying(COM_LOW_BAT_ACT=0)
+    gcs.fly(1.1)
+    assert gcs.last("HEARTBEAT").system_status == 4
+    gcs.vehicle.battery.set_fraction(fraction)
+    gcs.fly(2.1)
+    beat, mode = gcs.last("HEARTBEAT"), gcs.last("CURRENT_MODE")
+    assert (beat.system_status, beat.custom_mode, mode.intended_custom_mode) == (5, Mode.MISSION, Mode.MISSION)
+    assert not gcs.vehicle.state.status.failsafe
+
+
+def test_it_stays_a_warning_after_a_user_took_over_and_until_the_vehicle_is_disarmed() -> None:
+    gcs = flying(COM_LOW_BAT_ACT=3)
+    gcs.vehicle.battery.set_fraction(0.06)
+    gcs.fly(0.5)
+    assert gcs.set_mode(Mode.LAND) == [0]
+    gcs.vehicle.battery.set_fraction(0.5)  # armed, PX4's level only rises
+    gcs.fly(2.1)
+    assert (gcs.last("HEARTBEAT").system_status, gcs.last("HEARTBEAT").custom_mode) == (5, Mode.LAND)
+    gcs.until(lambda: not gcs.armed, 60.0)
+    gcs.fly(1.1)
+    assert gcs.last("HEARTBEAT").system_status == 3
+
+
 @pytest.mark.parametrize(("emergency", "mode"), [(0.05, Mode.RTL), (0.3, Mode.LAND)])
 def test_its_levels_are_parameters(emergency: float, mode: Mode) -> None:
     gcs = flying(COM_LOW_BAT_ACT=3, BAT_LOW_THR=0.4, BAT_CRIT_THR=0.3, BAT_EMERGEN_THR=emergency)

@@ -150,7 +150,8 @@ def test_1_warns_and_flies_on() -> None:
     gcs.until(lambda: gcs.vehicle.state.body.north_m > 115.0, 60.0)
     assert gcs.texts().count("Failsafe activated") == 1
     assert "commander_failsafe_enter_generic_warn" in events(gcs)
-    assert gcs.last("HEARTBEAT").system_status == 4
+    assert gcs.last("HEARTBEAT").system_status == 5, "PX4's inFailsafe() counts a warning too (flown)"
+    assert gcs.last("HEARTBEAT").custom_mode == gcs.last("CURRENT_MODE").intended_custom_mode == Mode.LOITER
 
 
 def test_2_holds_where_the_breach_was_seen() -> None:
@@ -224,6 +225,17 @@ def test_a_user_who_changes_the_mode_has_taken_over(action: int) -> None:
     assert gcs.set_mode(Mode.LAND) == [Result.ACCEPTED]
     gcs.fly(8.0)
     assert (mode(gcs), gcs.vehicle.state.status.failsafe) == (Mode.LAND, False)
+    assert gcs.last("HEARTBEAT").system_status == 5, "taken over outside the fence, the failsafe is a warning"
+
+
+def test_inside_again_the_warning_is_over() -> None:
+    gcs = breaching(INCLUSION, GF_ACTION=3)
+    assert gcs.set_mode(Mode.RTL) == [Result.ACCEPTED]
+    gcs.fly(1.1)
+    assert gcs.last("HEARTBEAT").system_status == 5
+    gcs.until(lambda: not breached(gcs), 60.0)
+    gcs.fly(1.1)
+    assert gcs.last("HEARTBEAT").system_status == 4
 
 
 def test_the_next_breach_acts_again() -> None:

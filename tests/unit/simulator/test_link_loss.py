@@ -112,6 +112,18 @@ def test_somebody_who_takes_over_during_the_hold_keeps_the_vehicle() -> None:
     assert mode(gcs) is Mode.POSCTL
 
 
+@pytest.mark.parametrize(("taken", "shown"), [(Mode.MISSION, 5), (Mode.LAND, 4)])
+def test_who_took_over_is_warned_until_the_link_is_back_or_the_vehicle_lands(taken: Mode, shown: int) -> None:
+    gcs = silent(MPC_LAND_SPEED=0.1, MPC_Z_V_AUTO_DN=0.1)
+    gcs.fly(LOST_S + 2.0)
+    gcs.vehicle.commander.change_mode(taken)
+    gcs.fly(1.1)
+    assert (gcs.last("HEARTBEAT").system_status, mode(gcs)) == (shown, taken)
+    heartbeat(gcs, GCS)
+    gcs.fly(1.1)
+    assert (gcs.last("HEARTBEAT").system_status, mode(gcs)) == (4, taken)
+
+
 def test_on_the_ground_nothing_happens() -> None:
     gcs = GroundStation(params={"NAV_DLL_ACT": 2, "COM_DISARM_PRFLT": 0.0})
     gcs.arm()
