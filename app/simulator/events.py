@@ -33,6 +33,7 @@ _LAYOUTS: dict[str, tuple[int, str]] = {
     "commander_disarm_denied_not_landed": (98, ""),
     "commander_disarmed_by": (102, "B"),
     "commander_dl_regained": (102, ""),
+    "commander_failsafe_enter": (66, "IBB"),
     "commander_failsafe_enter_generic": (66, "IB"),
     "commander_failsafe_enter_generic_hold": (66, "IBH"),
     "commander_failsafe_enter_generic_warn": (68, "I"),

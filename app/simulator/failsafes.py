@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
 from app.simulator.commander import Commander, ModeChecks, StatusOutput
+from app.simulator.failsafe_action import FailsafeAction
 from app.simulator.faults import VehicleFaults
 from app.simulator.params import Params
 from app.simulator.state import Status
@@ -15,6 +16,8 @@ from app.simulator.wire import Mode, Severity
 ENDURANCE_S = 1500.0
 """Flying time from full to empty."""
 CRITICAL, EMERGENCY = 2, 3
+CAUSES = {CRITICAL: 4, EMERGENCY: 5}
+"""failsafe_cause_t."""
 LOW_BATTERY_ACTIONS = {
     1: {CRITICAL: Mode.RTL, EMERGENCY: Mode.RTL},
     2: {CRITICAL: Mode.LAND, EMERGENCY: Mode.LAND},
@@ -26,19 +29,20 @@ LOW_BATTERY_ACTIONS = {
 class Battery:
     """Each level is announced once, until the battery is changed, and acts once, when the vehicle flies.
 
-    As in PX4 a level that was there when the vehicle was armed (by force) is only said.
+    As in PX4 a level that was there when the vehicle was armed (by force) is only said, and a user who changed the mode
+    has taken over until the next level.
     """
 
     def __init__(
         self,
         status: Status,
         params: Params,
-        commander: Commander,
+        action: FailsafeAction,
         text: Callable[[Severity, str], None],
     ) -> None:
         self._status = status
         self._params = params
-        self._commander = commander
+        self._action = action
         self._text = text
         self._announced = 0
         self._acted = 0
@@ -51,6 +55,7 @@ class Battery:
             self._announced = self._acted = 0
 
     def step(self) -> None:
+        self._action.step()
         status = self._status
         if status.armed:
             status.battery_fraction = max(0.0, status.battery_fraction - VehicleClock.STEP_S / ENDURANCE_S)
@@ -78,7 +83,7 @@ class Battery:
     def _act(self, level: int) -> None:
         mode = LOW_BATTERY_ACTIONS.get(self._params.integer("COM_LOW_BAT_ACT"), {}).get(level)
         if mode is not None:
-            self._commander.force_mode(mode)
+            self._action.begin(mode, CAUSES[level])
 
 
 # Loss of the position: no mode that needs one can be flown on, so the vehicle comes down blindly (PX4's Descend).

@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
-from app.simulator.commander import Commander, StatusOutput
+from app.simulator.commander import StatusOutput
+from app.simulator.failsafe_action import FailsafeAction
 from app.simulator.mission.geofence import Geofence
 from app.simulator.params import Params
 from app.simulator.state import Home, VehicleState
@@ -19,12 +20,7 @@ from app.simulator.wire import Mode, Severity
 CHECK_S = 0.2
 HOLD, RETURN, TERMINATE, LAND = 2, 3, 4, 5
 """GF_ACTION; 0 does not look at all, 1 only warns."""
-MODES = {RETURN: Mode.RTL, LAND: Mode.LAND}
-"""Of the actions that a hold of COM_FAIL_ACT_T comes before."""
-EVENT_NUMBERS = {HOLD: 5, RETURN: 6, TERMINATE: 10, LAND: 7}
-"""failsafe_action_t."""
-SEVERITY = {Mode.LOITER: 1, Mode.RTL: 2, Mode.LAND: 3, Mode.TERMINATION: 4}
-"""Of the modes that a failsafe flies; the worst one wins, all others are 0."""
+MODES = {HOLD: Mode.LOITER, RETURN: Mode.RTL, TERMINATE: Mode.TERMINATION, LAND: Mode.LAND}
 TEXTS = {
     "check_gf_violation_max_hor_dist": "Geofence: exceeding maximum distance to Home",
     "check_gf_violation_max_alt": "Geofence: exceeding maximum altitude above Home",
@@ -55,7 +51,7 @@ class GeofenceBreach:
         state: VehicleState,
         params: Params,
         clock: VehicleClock,
-        commander: Commander,
+        action: FailsafeAction,
         fence: Callable[[], Geofence],
         hold_at: Callable[[tuple[float, float], float], None],
         output: StatusOutput,
@@ -64,7 +60,7 @@ class GeofenceBreach:
         self._state = state
         self._params = params
         self._clock = clock
-        self._commander = commander
+        self._action = action
         self._fence = fence
         self._hold_at = hold_at
         self._text, self._event = output
@@ -75,25 +71,13 @@ class GeofenceBreach:
         """Power-up."""
         self._state.status.fence_breached = False
         self._due_s = 0.0
-        self._acting: Mode | None = None
-        """What is flown because of the breach, until a user changes the mode."""
-        self._changes_then = 0
-        self._delayed: int | None = None
-        """The action that follows COM_FAIL_ACT_T of hold."""
-        self._act_at_s = math.inf
+        self._action.clear()
 
     def step(self) -> None:
-        if not self._state.status.armed or self._commander.mode_changes != self._changes_then:
-            self._acting = self._delayed = None
+        self._action.step()
         if self._clock.now_s >= self._due_s and self._state.status.position_valid:
             self._due_s = self._clock.now_s + CHECK_S
             self._check()
-        if self._delayed is not None and self._clock.now_s >= self._act_at_s:
-            action, self._delayed = self._delayed, None
-            self._report_failsafe(action)
-            self._fly(MODES[action])
-        if self._acting is not None and SEVERITY.get(self._state.status.mode, 0) < SEVERITY[self._acting]:
-            self._commander.force_mode(self._acting)  # a failsafe that asks for less has ended, or has begun
 
     def _check(self) -> None:
         status = self._state.status
@@ -109,7 +93,7 @@ class GeofenceBreach:
     @property
     def _holds_at_border(self) -> bool:
         """While it holds after a breach nothing is cleared: it may drift to and fro over the border."""
-        return self._acting is Mode.LOITER and self._state.status.mode is Mode.LOITER
+        return self._action.flown is Mode.LOITER and self._state.status.mode is Mode.LOITER
 
     def _breaches(self) -> list[str]:
         """The events of what is exceeded."""
@@ -128,33 +112,10 @@ class GeofenceBreach:
 
     def _act(self, action: int) -> None:
         """Return and land begin with a hold of COM_FAIL_ACT_T, in which a user can take over; hold comes at once."""
-        delay_s = float(self._params["COM_FAIL_ACT_T"])
         body = self._state.body
-        if action == TERMINATE:
-            self._report_failsafe(action)
-            self._commander.terminate()
-        elif action == HOLD:
-            self._report_failsafe(action)
+        if action not in MODES:
+            self._action.warn()
+            return
+        if action == HOLD:
             self._hold_at((body.north_m, body.east_m), body.up_m)
-            self._fly(Mode.LOITER)
-        elif action not in MODES or (action == RETURN and self._commander.intended is Mode.LAND):
-            self._event("commander_failsafe_enter_generic_warn", self._commander.intended)
-            self._text(Severity.CRITICAL, "Failsafe activated")
-        elif delay_s > 0.1:
-            self._delayed, self._act_at_s = action, self._clock.now_s + delay_s
-            seconds = int(delay_s + 0.5)
-            number = EVENT_NUMBERS[action]
-            self._event("commander_failsafe_enter_generic_hold", self._commander.intended, number, seconds)
-            self._text(Severity.CRITICAL, f"Failsafe activated, entering Hold for {seconds} seconds")
-            self._fly(Mode.LOITER)
-        else:
-            self._report_failsafe(action)
-            self._fly(MODES[action])
-
-    def _report_failsafe(self, action: int) -> None:
-        self._event("commander_failsafe_enter_generic", self._commander.intended, EVENT_NUMBERS[action])
-        self._text(Severity.CRITICAL, "Failsafe activated")
-
-    def _fly(self, mode: Mode) -> None:
-        self._acting, self._changes_then = mode, self._commander.mode_changes
-        self._commander.force_mode(mode)
+        self._action.begin(MODES[action])

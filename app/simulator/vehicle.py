@@ -21,6 +21,7 @@ from app.simulator.external.component import Mount, PayloadPort
 from app.simulator.external.gripper import ExternalGripper
 from app.simulator.external.others import OTHERS
 from app.simulator.external.winch import Winch
+from app.simulator.failsafe_action import FailsafeAction
 from app.simulator.failsafes import Battery, LinkLossFailsafe, ModeWarning, PositionLossFailsafe
 from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
@@ -130,15 +131,16 @@ class Vehicle:
 
     def _build_failsafes(self) -> None:
         spec, state = self.spec, self.state
-        self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
         output = self._status_output
+        actions = [FailsafeAction(state.status, self.params, self.clock, self.commander, output) for _ in range(2)]
+        self.battery = Battery(state.status, self.params, actions[0], self.radio.text)
         self._link_loss = LinkLossFailsafe(state.status, self.params, self.clock, self.commander, output)
         self._position_loss = PositionLossFailsafe(state.status, self.faults, self.clock, self.commander, output)
         self._offboard_loss = OffboardLossFailsafe(
             state.status, self.params, self.commander, self._offboard, output, self.clock
         )
         self._geofence_breach = GeofenceBreach(
-            state, self.params, self.clock, self.commander, lambda: self._navigator.fence_in_force, self._hold.hold_at,
+            state, self.params, self.clock, actions[1], lambda: self._navigator.fence_in_force, self._hold.hold_at,
             output, spec.profile.names_fence_limit,
         )  # fmt: skip
 

@@ -66,8 +66,7 @@ def test_a_critical_battery_returns_when_the_parameter_says_so() -> None:
     gcs.start([takeoff(15), waypoint(250, 0, 15), RETURN])
     gcs.until(lambda: gcs.vehicle.state.body.up_m > 10)
     gcs.vehicle.battery.set_fraction(0.06)
-    gcs.fly(2.0)
-    assert gcs.vehicle.state.status.mode is Mode.RTL
+    assert gcs.until(lambda: gcs.vehicle.state.status.mode is Mode.RTL, 10.0) == pytest.approx(5.0, abs=0.1)
     assert "Critical battery level" in gcs.texts()
     assert gcs.last("SYS_STATUS").battery_remaining in (5, 6)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.commander import StatusOutput
+from app.simulator.failsafe_action import FailsafeAction
 from app.simulator.geofence_breach import GeofenceBreach
 from app.simulator.mission.geofence import CIRCLE_INCLUSION, Geofence
 from app.simulator.mission.item import Item
@@ -28,9 +29,11 @@ class Fenced:
         x, y = (round(degrees * 1e7) for degrees in FRAME.to_global(0.0, 0.0))
         circle = Item(CIRCLE_INCLUSION, 0, 1, RADIUS_M, 0.0, 0.0, 0.0, x, y, 0.0)
         area = Geofence((circle,) if fence else (), FRAME)
+        output = StatusOutput(air.text, air.event)
         self.breach = GeofenceBreach(
-            air.state, air.params, air.clock, air.commander, lambda: area,
-            lambda point, up_m: self.held.append((point, up_m)), StatusOutput(air.text, air.event), names_limit,
+            air.state, air.params, air.clock,
+            FailsafeAction(air.status, air.params, air.clock, air.commander, output), lambda: area,
+            lambda point, up_m: self.held.append((point, up_m)), output, names_limit,
         )  # fmt: skip
         air.commander.change_mode(Mode.MISSION)
         self.step(1.0)

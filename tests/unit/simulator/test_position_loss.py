@@ -121,7 +121,7 @@ def test_with_the_position_back_it_goes_on_in_the_mode_that_it_had() -> None:
 def test_an_action_of_another_failsafe_is_taken_up_again_too() -> None:
     gcs = under_way(COM_LOW_BAT_ACT=3)
     gcs.vehicle.battery.set_fraction(0.06)
-    gcs.fly(0.1)
+    gcs.fly(5.1)  # COM_FAIL_ACT_T of hold before
     assert mode(gcs) is Mode.RTL
     lose(gcs)
     gcs.fly(RECKONS_S + 1.0)
