@@ -26,6 +26,7 @@ from app.domain.drop.supervised_inputs import (
     output_of,
 )
 from app.domain.drop.supervised_state import DropMachine, is_holding, is_passed, reason_against
+from app.domain.model import changed
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
@@ -170,11 +171,11 @@ def _was_away(before: DropObservation | None, now: DropObservation) -> bool:
 def _with_calm(drop: DropMachine, seen: DropObservation) -> DropMachine:
     """Follow since when the vehicle stands still at the drop, and whether it was out of Mission mode there."""
     if seen.mode is not FlightMode.MISSION:
-        return replace(drop, calm_since_s=None, was_away=drop.was_away or drop.phase in _AT_HOLD)
+        return changed(drop, calm_since_s=None, was_away=drop.was_away or drop.phase in _AT_HOLD)
     is_fresh = seen.position_age_s is not None and seen.position_age_s <= drop.terms.max_position_age_s
     is_slow = (seen.ground_speed_m_s or 0.0) <= drop.terms.max_ground_speed_m_s
     if not (is_fresh and is_slow and is_holding(seen, drop.terms)):
-        return replace(drop, calm_since_s=None)
+        return changed(drop, calm_since_s=None)
     return drop if drop.calm_since_s is not None else replace(drop, calm_since_s=seen.now_s)
 
 
@@ -182,7 +183,7 @@ def _with_consent(drop: DropMachine, seen: DropObservation) -> DropMachine:
     """Follow what became of the question; it is asked in `_ask` alone."""
     consent = drop.consent.observed(seen, drop.terms)
     phase = DropPhase.HOLDING if drop.phase is DropPhase.ASKING and consent.must_ask else drop.phase
-    return replace(drop, consent=consent, phase=phase)
+    return changed(drop, consent=consent, phase=phase)
 
 
 def _before_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:

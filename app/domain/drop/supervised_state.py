@@ -18,6 +18,7 @@ from app.domain.drop.supervised_inputs import (
     HoldClock,
     output_of,
 )
+from app.domain.model import changed
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import AIRBORNE, WITHOUT_FIX, FlightMode, LandedState
 
@@ -260,12 +261,12 @@ class DropMachine:
     def watched(self, seen: DropObservation) -> DropMachine:
         """Return the state with who opened the gripper of the loaded vehicle, before any command of this drop."""
         if not is_loaded(seen, self.terms) or self.attempts:
-            return replace(self, loaded_since_s=None)
+            return changed(self, loaded_since_s=None)
         since_s = seen.now_s if self.loaded_since_s is None else self.loaded_since_s
         is_open = output_of(seen) == GRIPPER_OPEN_US and not is_holding(seen, self.terms)
         is_new = seen.now_s - (seen.gripper_output_age_s or 0.0) > since_s + LOADED_S
         used_by = self.used_by or (GripperUse.OTHERS if is_open and is_new else None)
-        return replace(self, loaded_since_s=since_s, used_by=used_by)
+        return changed(self, loaded_since_s=since_s, used_by=used_by)
 
     def may_send(self, seen: DropObservation) -> bool:
         """Whether the release that is about to go out is still right at this very moment."""

@@ -35,6 +35,7 @@ from app.domain.flight.trackers import (
     OtherMissionTracker,
 )
 from app.domain.mission import Mission
+from app.domain.model import changed
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import LastPosition, Run, RunState
 from app.domain.vehicle.clock import UNMEASURED, VehicleClock
@@ -346,7 +347,7 @@ class Flight:
         """After an observation of a connected vehicle. What was not seen before the mission was done is not on it."""
         begins = state.mode is FlightMode.MISSION and not self.mission_done
         stays = self.is_on_mission and state.mode in (FlightMode.MISSION, FlightMode.HOLD)
-        return replace(self, is_on_mission=(begins or stays) and not state.in_failsafe)
+        return changed(self, is_on_mission=(begins or stays) and not state.in_failsafe)
 
     @property
     def drop_is_busy(self) -> bool:
@@ -439,7 +440,7 @@ class Flight:
 
     def with_progress(self, observed: Observation, progress: MissionProgress) -> Flight:
         """Return the flight with this progress; the run records the items that were passed."""
-        flight = replace(self, progress=progress)
+        flight = changed(self, progress=progress)
         if progress.flown == self.progress.flown and progress.passed_to == self.progress.passed_to:
             return flight
         return flight.with_run(observed, flown_item_ids=progress.flown, reached_seq=max(progress.passed_to, 0))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 from app.domain.events.run import RunItem
@@ -10,6 +9,7 @@ from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import Observation
 from app.domain.flight.landing import RETURNS
 from app.domain.flight.progress import MissionCompleteDetector
+from app.domain.model import changed
 from app.domain.run.run import HOLDS, RunAction
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode, LandedState, mission_is_sure
@@ -63,28 +63,28 @@ def item_shown(flight: Flight, observed: Observation, seq: int, mode: FlightMode
 def follow_mission(flight: Flight, observed: Observation) -> Flight:
     state, run = observed.state, flight.run
     if flight.names_other(state):
-        return _settle_command(replace(flight, completion=MissionCompleteDetector()), observed)
+        return _settle_command(changed(flight, completion=MissionCompleteDetector()), observed)
     flew_unseen = not flight.mode.has_returned and flight.progress.is_behind(state, run.mission_id)
     names_ours = state.mission_id == run.mission_id
     if state.mission_seq is not None and (flight.flies_mission_in(state.mode) or flew_unseen):
         was_away = flight.link.was_away and state.mode is not FlightMode.MISSION
-        flight = replace(flight, link=replace(flight.link, was_away=was_away))
+        flight = changed(flight, link=changed(flight.link, was_away=was_away))
         flight = flight.flying_to(observed, flight.progress.now_current(state.mission_seq))
     elif state.mission_seq is not None and names_ours:
         flight = item_shown(flight, observed, state.mission_seq, state.mode)
     progress = flight.progress
     ended_unseen = flight.link.was_away and names_ours and not flight.mode.has_returned
     near_end = progress.current == progress.last_seq or progress.is_complete or ended_unseen
-    flight = _settle_command(replace(flight, completion=flight.completion.seen(state)), observed)
+    flight = _settle_command(changed(flight, completion=flight.completion.seen(state)), observed)
     on_mission = flight.run.commanded in STAYS_ON_MISSION
     is_sure = mission_is_sure(state)
     if near_end and on_mission and is_sure and flight.completion.is_done(state, last_seq=progress.last_seq):
         flight = flight.with_progress(observed, flight.progress.completed())
     if flight.progress.is_complete and on_mission:
-        return replace(flight, mission_done=True)
+        return changed(flight, mission_done=True)
     was_returning = flight.segment.mission.ends_with_return and names_ours and not flight.progress.is_complete
     flies_anew = was_returning and state.mode is FlightMode.MISSION and state.landed is LandedState.IN_AIR
-    return replace(flight, mission_done=False) if flies_anew else flight
+    return changed(flight, mission_done=False) if flies_anew else flight
 
 
 def _settle_command(flight: Flight, observed: Observation) -> Flight:
@@ -96,4 +96,4 @@ def _settle_command(flight: Flight, observed: Observation) -> Flight:
     is_resumed = commanded is RunAction.RESUME and state.mode is FlightMode.RETURN and flight.is_in_final_return
     if is_resumed or (commanded and state.mode is FlightMode.MISSION and (commanded is RunAction.RESUME or goes_on)):
         flight = flight.with_run(observed, commanded=None)
-    return replace(flight, command=replace(flight.command, obeyed=obeyed if flight.run.commanded else None))
+    return changed(flight, command=changed(flight.command, obeyed=obeyed if flight.run.commanded else None))

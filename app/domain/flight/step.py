@@ -34,6 +34,7 @@ from app.domain.flight.phase import (
 )
 from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
+from app.domain.model import changed
 from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NEXT, NOT_STARTED, RunAction, RunState
@@ -63,7 +64,7 @@ def step(flight: Flight, given: FlightInput) -> tuple[Flight, tuple[FlightEffect
     if flight.run.is_over:
         return flight, ()
     after = _STEPS[type(given)](flight, given)
-    return replace(after, effects=()), after.effects
+    return changed(after, effects=()), after.effects
 
 
 # Observations and facts.
@@ -72,19 +73,20 @@ def step(flight: Flight, given: FlightInput) -> tuple[Flight, tuple[FlightEffect
 def _observed(flight: Flight, given: inputs.Observed) -> Flight:
     observed = given.observed
     state, now_s = observed.state, observed.now_s
-    if state.connected and state.boot_time_s is not None and state.position_age_s is not None:
-        flight = replace(flight, clock=flight.clock.seen(now_s - state.position_age_s, state.boot_time_s))
     if not state.connected:
         return _silent(flight, observed)
     if flight.change is not None:
         flight = settle_change(flight, flight.change, observed)
     flight = flight.with_run(observed, link_security=weaker(flight.run.link_security, state.link_security))
-    flight = replace(flight, link=flight.link.connected(now_s))
+    clock = flight.clock
+    if state.boot_time_s is not None and state.position_age_s is not None:
+        clock = clock.seen(now_s - state.position_age_s, state.boot_time_s)
+    flight = replace(flight, clock=clock, link=flight.link.connected(now_s))
     flight = _compare_mission(flight, observed)
     if flight.link.rebooted:
         flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
         return _end(flight, observed, RunState.FAILED, Reason.of(ReasonCode.REBOOTED))
-    flight = replace(
+    flight = changed(
         flight,
         mode=flight.mode.seen(state, now_s),
         was_airborne=flight.was_airborne or is_airborne(state),
@@ -100,7 +102,7 @@ def _compare_mission(flight: Flight, observed: Observation) -> Flight:
     other = flight.other_mission.seen(is_other=flight.names_other(observed.state), now_s=observed.now_s)
     if other.is_settled(observed.now_s):
         flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
-    return replace(flight, other_mission=other, lost_mission=flight.lost_mission.seen(observed.state, observed.now_s))
+    return changed(flight, other_mission=other, lost_mission=flight.lost_mission.seen(observed.state, observed.now_s))
 
 
 def _silent(flight: Flight, observed: Observation) -> Flight:
@@ -342,14 +344,14 @@ def _time_items(flight: Flight, observed: Observation) -> Flight:
 
 
 def _follow_phase(flight: Flight, observed: Observation) -> Flight:
-    flight = replace(flight, offboard=flight.offboard.seen(observed.state.mode))
+    flight = changed(flight, offboard=flight.offboard.seen(observed.state.mode))
     state = flight.run.state
     if flight.was_armed and is_landing_unsure(observed.state):
-        return replace(flight, landed_at_s=None)
+        return changed(flight, landed_at_s=None)
     facts = _phase_facts(flight, observed.state, observed.now_s)
     phase, reason = phase_of(facts)
     if phase is not RunState.LANDED:
-        flight = replace(flight, landed_at_s=None)
+        flight = changed(flight, landed_at_s=None)
         if state is RunState.LANDED and facts.has_driven_to_end:  # somebody took it before it was disarmed
             return _over(flight, observed, flight.run.reason)
         may_follow = phase is state or (phase in NEXT[state] and not (state is RunState.LANDED and flight.is_down))
