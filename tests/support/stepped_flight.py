@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from itertools import product
+from typing import Any
+
 from hypothesis import strategies as st
 
 from app.domain.flight.inputs import (
@@ -25,27 +29,36 @@ from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 from tests.support.flown_flights import BEGAN_AT, BEGAN_S, DROP, MISSION_ID
 
 SEQS = st.integers(-1, 5)
-STATES = st.builds(
-    VehicleState,
-    connected=st.sampled_from([True, True, True, False]),
-    mode=st.sampled_from([FlightMode.MISSION] * 4 + [None, *FlightMode]),
-    armed=st.sampled_from([True, True, True, False, None]),
-    landed=st.sampled_from([LandedState.IN_AIR, LandedState.IN_AIR, *LandedState]),
-    in_failsafe=st.sampled_from([False, False, False, True]),
-    latitude_deg=st.sampled_from([DROP.latitude_deg, DROP.latitude_deg, DROP.latitude_deg - 0.001, None]),
-    longitude_deg=st.just(DROP.longitude_deg),
-    relative_altitude_m=st.sampled_from([15.0, 15.0, 15.0, 15.0, 30.0, None]),
-    velocity_north_m_s=st.sampled_from([0.0, 0.0, 9.0, None]),
-    velocity_east_m_s=st.just(0.0),
-    position_age_s=st.sampled_from([0.1, 0.1, 9.0, None]),
-    boot_time_s=st.floats(0.0, 60.0),
-    mission_seq=st.sampled_from([None, 0, 1, 2, 2, 2, 3]),
-    mission_id=st.sampled_from([MISSION_ID, MISSION_ID, 8, None]),
-    gripper_output_us=st.sampled_from([None, 900, 1000, 2000, 2000]),
-    gripper_output_age_s=st.sampled_from([None, 0.1, 9.0]),
+
+
+def mixed(**values: Sequence[Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """Fields that are drawn at once: ten times as fast as each by itself, and as likely."""
+    return st.sampled_from([dict(zip(values, one, strict=True)) for one in product(*values.values())])
+
+
+LINKS = mixed(
+    connected=[True, True, True, False],
+    armed=[True, True, True, False, None],
+    landed=[LandedState.IN_AIR, LandedState.IN_AIR, *LandedState],
+    in_failsafe=[False, False, False, True],
 )
+MISSIONS = mixed(
+    mode=[FlightMode.MISSION] * 4 + [None, *FlightMode],
+    mission_seq=[None, 0, 1, 2, 2, 2, 3],
+    mission_id=[MISSION_ID, MISSION_ID, 8, None],
+)
+PLACES = mixed(
+    latitude_deg=[DROP.latitude_deg, DROP.latitude_deg, DROP.latitude_deg - 0.001, None],
+    relative_altitude_m=[15.0, 15.0, 15.0, 15.0, 30.0, None],
+    velocity_north_m_s=[0.0, 0.0, 9.0, None],
+    position_age_s=[0.1, 0.1, 9.0, None],
+)
+OUTPUTS = mixed(gripper_output_us=[None, 900, 1000, 2000, 2000], gripper_output_age_s=[None, 0.1, 9.0])
+BOOT_TIMES_S = st.floats(0.0, 60.0)
 ACKS = st.builds(CommandAck, st.just(MavCmd.DO_GRIPPER), st.sampled_from(MavResult))
 ATTEMPTS = st.integers(1, 4)
+ACTIONS = st.sampled_from(RunAction)
+ELAPSED_S = st.sampled_from([0.1, 0.1, 0.5, 1.0, 3.0])
 
 
 @st.composite
@@ -53,26 +66,33 @@ def inputs(draw: st.DrawFn) -> list[FlightInput]:
     """Anything, in any order; most of it looks."""
     now_s, given = BEGAN_S, []
     for _ in range(draw(st.integers(1, 40))):
-        now_s += draw(st.sampled_from([0.1, 0.1, 0.5, 1.0, 3.0]))
-        observed = Observation(draw(STATES), now_s, BEGAN_AT + now_s - BEGAN_S)
-        about = (0, DROP.plan_item_id, draw(ATTEMPTS))
-        rare = others(observed, draw(SEQS), about, draw(ACKS), draw(st.sampled_from(RunAction)))
-        one: FlightInput = draw(st.sampled_from([*[Observed(observed)] * 6, *rare]))
-        given.append(one)
+        now_s += draw(ELAPSED_S)
+        observed = Observation(state(draw), now_s, BEGAN_AT + now_s - BEGAN_S)
+        given.append(draw(KINDS)(draw, observed))
     return given
 
 
-def others(
-    observed: Observation, seq: int, about: tuple[int, str, int], ack: CommandAck, asked: RunAction
-) -> list[FlightInput]:
-    return [
-        FactReceived(observed, ItemReached(seq)),
-        FactReceived(observed, MissionCurrent(seq, mission_id=MISSION_ID)),
-        FactReceived(observed, Rebooted()),
-        ReleaseAcknowledged(observed, *about, ack),
-        ReleaseUnanswered(observed, *about),
-        ReleaseNotSent(observed, *about),
-        CommandRequested(observed, asked),
-        CommandFailed(observed, asked, None),
-        RunEnded(observed, RunState.FAILED, Reason.of(ReasonCode.NOT_TAKEN_OFF)),
+def state(draw: st.DrawFn) -> VehicleState:
+    drawn = draw(LINKS) | draw(MISSIONS) | draw(PLACES) | draw(OUTPUTS)
+    known = {"longitude_deg": DROP.longitude_deg, "velocity_east_m_s": 0.0}
+    return VehicleState(**drawn, **known, boot_time_s=draw(BOOT_TIMES_S))
+
+
+def about(draw: st.DrawFn) -> tuple[int, str, int]:
+    return 0, DROP.plan_item_id, draw(ATTEMPTS)
+
+
+KINDS: st.SearchStrategy[Callable[[st.DrawFn, Observation], FlightInput]] = st.sampled_from(
+    [
+        *[lambda _, observed: Observed(observed)] * 6,
+        lambda draw, observed: FactReceived(observed, ItemReached(draw(SEQS))),
+        lambda draw, observed: FactReceived(observed, MissionCurrent(draw(SEQS), mission_id=MISSION_ID)),
+        lambda _, observed: FactReceived(observed, Rebooted()),
+        lambda draw, observed: ReleaseAcknowledged(observed, *about(draw), draw(ACKS)),
+        lambda draw, observed: ReleaseUnanswered(observed, *about(draw)),
+        lambda draw, observed: ReleaseNotSent(observed, *about(draw)),
+        lambda draw, observed: CommandRequested(observed, draw(ACTIONS)),
+        lambda draw, observed: CommandFailed(observed, draw(ACTIONS), None),
+        lambda _, observed: RunEnded(observed, RunState.FAILED, Reason.of(ReasonCode.NOT_TAKEN_OFF)),
     ]
+)
