@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 MODULE = b"app.services.worker_main"
@@ -22,6 +26,16 @@ def workers_of(parent: int) -> list[int]:
     """The worker processes that a process has."""
     tasks = Path(f"/proc/{parent}/task").glob("*/children")
     return [int(pid) for task in tasks for pid in _read(task).split() if is_worker(int(pid))]
+
+
+@contextmanager
+def stopped(pid: int) -> Iterator[None]:
+    """Within the block a process does nothing."""
+    os.kill(pid, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        os.kill(pid, signal.SIGCONT)
 
 
 def _read(file: Path) -> bytes:

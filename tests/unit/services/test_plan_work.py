@@ -17,7 +17,8 @@ from app.services.plan_work import CIRCLE_WEIGHT, LARGE_DOCUMENT_BYTES, LARGE_EN
 from app.services.worker_process import WorkerProcess
 from tests.support.plan_pieces import RETURN, circle, plan_json, takeoff
 from tests.support.service_in_process import until
-from tests.support.workers import is_worker, workers_of
+from tests.support.worker_calls import end_any_worker, own_pid, tell, what_was_told
+from tests.support.workers import stopped, workers_of
 
 LARGE: dict[str, Any] = {"items": [{}] * LARGE_ENTRIES}
 LARGE_DOCUMENT = bytes(LARGE_DOCUMENT_BYTES)
@@ -60,31 +61,34 @@ async def test_small_work_starts_none(worker: WorkerProcess) -> None:
 
 @pytest.mark.parametrize("size_bytes", [LARGE_DOCUMENT_BYTES - 1, LARGE_DOCUMENT_BYTES])
 async def test_a_large_document_is_worked_on_in_the_worker(worker: WorkerProcess, size_bytes: int) -> None:
-    pid = await PlanWork(worker).run_document(bytes(size_bytes), _own_pid)
+    pid = await PlanWork(worker).run_document(bytes(size_bytes), own_pid)
     assert pid == (os.getpid() if size_bytes < LARGE_DOCUMENT_BYTES else worker.pid)
 
 
 async def test_a_plan_waits_for_one_large_document_at_most(worker: WorkerProcess, tmp_path: Path) -> None:
     work, told = PlanWork(worker), str(tmp_path / "told")
-    documents = [asyncio.create_task(work.run_document(LARGE_DOCUMENT, _tell, told, "document")) for _ in range(5)]
-    await until(lambda: worker.is_busy)
-    await work.run(LARGE, _tell, b"", told, "plan")
-    await asyncio.gather(*documents)
-    assert _told(told).index("plan") <= 2
+    with stopped(await worker.call(os.getpid)):
+        documents = [asyncio.create_task(work.run_document(LARGE_DOCUMENT, tell, told, "document")) for _ in range(5)]
+        await until(lambda: worker.is_busy)
+        plan = asyncio.create_task(work.run(LARGE, tell, b"", told, "plan"))
+        await asyncio.sleep(0)  # it waits its turn now
+    await asyncio.gather(plan, *documents)
+    assert what_was_told(told).index("plan") <= 2
 
 
 async def test_a_document_whose_sender_gives_up_leaves_the_queue(worker: WorkerProcess, tmp_path: Path) -> None:
     work, told = PlanWork(worker), str(tmp_path / "told")
-    documents = [asyncio.create_task(work.run_document(LARGE_DOCUMENT, _tell, told, "document")) for _ in range(5)]
-    await until(lambda: worker.is_busy)
-    for document in documents:
-        document.cancel()
-    await work.run_document(LARGE_DOCUMENT, _tell, told, "last")
-    assert _told(told) in (["document", "last"], ["last"])
+    with stopped(await worker.call(os.getpid)):
+        documents = [asyncio.create_task(work.run_document(LARGE_DOCUMENT, tell, told, "document")) for _ in range(5)]
+        await until(lambda: worker.is_busy)
+        for document in documents:
+            document.cancel()
+    await work.run_document(LARGE_DOCUMENT, tell, told, "last")
+    assert what_was_told(told) in (["document", "last"], ["last"])
 
 
 async def test_work_that_the_worker_loses_is_done_here(worker: WorkerProcess) -> None:
-    assert await PlanWork(worker).run(LARGE, _end_any_worker) == os.getpid()
+    assert await PlanWork(worker).run(LARGE, end_any_worker) == os.getpid()
     assert await PlanWork(worker).run(LARGE, os.getpid) == worker.pid, "the next one has a new worker"
 
 
@@ -93,9 +97,9 @@ async def test_work_that_takes_the_worker_too_long_is_given_up(tmp_path: Path) -
     pid = await worker.call(os.getpid)
     os.kill(pid, signal.SIGSTOP)
     with pytest.raises(PlanWorkTimeoutError):
-        await PlanWork(worker).run(LARGE, _tell, b"", told, "twice")
-    _tell(b"", told, "now")
-    assert _told(told) == ["now"], "the service did not do it itself"
+        await PlanWork(worker).run(LARGE, tell, b"", told, "twice")
+    tell(b"", told, "now")
+    assert what_was_told(told) == ["now"], "the service did not do it itself"
     await worker.close()
 
 
@@ -113,23 +117,3 @@ async def test_a_defect_is_raised_as_in_a_thread(worker: WorkerProcess) -> None:
 async def test_without_a_worker_all_is_done_here() -> None:
     assert await PlanWork().run(LARGE, os.getpid) == os.getpid()
     assert workers_of(os.getpid()) == []
-
-
-def _own_pid(_: bytes) -> int:
-    return os.getpid()
-
-
-def _tell(_: bytes, path: str, what: str) -> None:
-    with Path(path).open("a", encoding="utf-8") as file:
-        file.write(f"{what}\n")
-
-
-def _told(path: str) -> list[str]:
-    return Path(path).read_text(encoding="utf-8").split()
-
-
-def _end_any_worker() -> int:
-    """Kills its own process if that is a worker."""
-    if is_worker(os.getpid()):
-        os.kill(os.getpid(), signal.SIGKILL)
-    return os.getpid()
