@@ -11,5 +11,5 @@ import pytest
 @pytest.fixture
 async def http() -> AsyncIterator[aiohttp.ClientSession]:
     """A dispatcher's HTTP session."""
-    async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=30)) as session:
+    async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=60)) as session:
         yield session

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,8 +31,10 @@ class Cluster:
 
 
 @contextmanager
-def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2, **of_nodes: str) -> Iterator[Cluster]:
-    """A gateway at each of SITES with so many quads, and API nodes, with variables of their own."""
+def running_cluster(
+    folder: Path, *, sites: Sequence[str] = SITES, vehicles: int = 1, nodes: int = 2, **of_nodes: str
+) -> Iterator[Cluster]:
+    """A gateway at each site with so many quads, and API nodes, with variables of their own."""
     with ExitStack() as stack:
         databases = stack.enter_context(postgres_databases())
         nats = stack.enter_context(nats_server())
@@ -43,7 +45,7 @@ def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2, **of_nod
             "WAYDROP_OFFBOARD_GAP_S": "2.5",  # on a busy machine a healthy process may stand still for longer
         }
         gateways, fleets = {}, {}
-        for site in SITES:
+        for site in sites:
             fleet = SimulatedFleet(",".join(["quad"] * vehicles), speed=SPEED)
             fleets[site] = stack.enter_context(fleet)
             port = stack.enter_context(held_port())

@@ -18,7 +18,7 @@ import aiohttp
 import pytest
 
 from app.domain.cluster.lease import LEASE_TTL_S
-from tests.support.cluster_process import Cluster
+from tests.support.cluster_process import Cluster, running_cluster
 from tests.support.cluster_runs import ENDS, FLIGHT_S, require_delivered, run_or_none, until_run
 from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS
@@ -50,6 +50,13 @@ class Pair:
     second: ServiceProcess
     node: ServiceProcess
     fleet: SimulatedFleet
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    """An API node, and no gateways but a pair's: those that only wait cost as much as those that fly."""
+    with running_cluster(tmp_path_factory.mktemp("takeover"), sites=(), nodes=1) as running:
+        yield running
 
 
 @pytest.fixture(params=["forwarding", "apart"])
