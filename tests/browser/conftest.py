@@ -13,6 +13,7 @@ import pytest_asyncio
 from playwright.async_api import Browser, async_playwright, expect
 
 from tests.support.dashboard import Dashboard
+from tests.support.forked_service import ForkedService
 from tests.support.service_process import ServiceProcess
 from tests.support.simulated import SimulatedFleet
 
@@ -48,7 +49,7 @@ def chromium_args() -> list[str]:
 def simulated_service(data_dir: Path, fleet: SimulatedFleet, **environment: str) -> ServiceProcess:
     """A service that knows these vehicles and the simulator behind them."""
     control = f"127.0.0.1:{fleet.control_port}"
-    return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control, **environment)
+    return ForkedService(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control, **environment)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

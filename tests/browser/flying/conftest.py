@@ -13,23 +13,27 @@ from tests.support.dashboard import Dashboard
 from tests.support.service_process import ServiceProcess
 from tests.support.simulated import SimulatedFleet
 
-VEHICLES = 7
-"""One for each flight: no test meets what another left."""
 
+@pytest.fixture(scope="module")
+def flying_service(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[ServiceProcess]:
+    """A service whose VEHICLES fly several times as fast as real ones.
 
-@pytest.fixture(scope="package")
-def flying_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
-    """A service whose vehicles fly, each for one test, several times as fast as real ones."""
+    A module has one for each flight, so that no test meets what another left; those that wait for theirs cost much.
+    """
     folder = tmp_path_factory.mktemp("flying")
     with (
-        SimulatedFleet(",".join(["quad"] * VEHICLES), speed=SPEED) as fleet,
+        SimulatedFleet(",".join(["quad"] * request.module.VEHICLES), speed=SPEED) as fleet,
         simulated_service(folder, fleet) as service,
     ):
         yield service
 
 
 @pytest_asyncio.fixture(loop_scope="session")
-async def flying_page(browser: Browser, flying_service: ServiceProcess) -> AsyncIterator[Dashboard]:
+async def flying_page(
+    request: pytest.FixtureRequest, browser: Browser, flying_service: ServiceProcess
+) -> AsyncIterator[Dashboard]:
     """The page on the flying service, live and with its fleet. The test fails as with `idle_page`."""
-    async with Dashboard.opened(browser, flying_service.url, vehicles=VEHICLES) as dashboard:
+    async with Dashboard.opened(browser, flying_service.url, vehicles=request.module.VEHICLES) as dashboard:
         yield dashboard

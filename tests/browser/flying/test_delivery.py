@@ -14,6 +14,8 @@ from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, SERVICE_LOST
 from tests.support.paths import ROOT
 from tests.support.service_process import ServiceProcess, until
 
+VEHICLES = 3
+
 HISTORY = 200
 """Events that a new page asks for (web/src/store/world.ts)."""
 UNDER_WAY = ("starting", "flying", "at_drop", "returning")
@@ -22,14 +24,14 @@ UNDER_WAY = ("starting", "flying", "at_drop", "returning")
 async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_released_and_proven(
     flying_page: Dashboard, tmp_path: Path
 ) -> None:
-    await flying_page.upload(CLINIC_RUN, "v2")
-    assert await flying_page.tap("Start v2") == "Hold to start v2"  # too short to be meant
+    await flying_page.upload(CLINIC_RUN, "v1")
+    assert await flying_page.tap("Start v1") == "Hold to start v1"  # too short to be meant
     await flying_page.until_state("uploaded")
 
     scale = flying_page.page.locator(".map-scale")
     while not (await scale.inner_text()).endswith("km"):
         await flying_page.button("Zoom out").click()
-    await flying_page.hold("Start v2")
+    await flying_page.hold("Start v1")
     await flying_page.until_state(*UNDER_WAY, "landed", "completed")  # a busy machine may miss the first of them
     await expect(scale).to_have_text(re.compile(r"^\d+ m$"))  # the flight is brought into view
     await shows_the_same_after_a_reload(flying_page)
@@ -60,14 +62,14 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
 
 
 FEED_LINES: Final = (
-    r"“Clinic run” was uploaded to v2\.",
-    r"v2 started “Clinic run”\.",
-    r"v2 took off( in \d+ s)?\.",
-    r"v2 reached “corner”( in \d+ s)?\.",
-    r"v2 reached “clinic”( in \d+ s)?\.",
-    r"v2 released “drop”: acknowledged, and the output moved\.",
-    r"v2 returned to launch( in \d min \d\d s)?\.",
-    r"v2 completed “Clinic run” in .* s\.",
+    r"“Clinic run” was uploaded to v1\.",
+    r"v1 started “Clinic run”\.",
+    r"v1 took off( in \d+ s)?\.",
+    r"v1 reached “corner”( in \d+ s)?\.",
+    r"v1 reached “clinic”( in \d+ s)?\.",
+    r"v1 released “drop”: acknowledged, and the output moved\.",
+    r"v1 returned to launch( in \d min \d\d s)?\.",
+    r"v1 completed “Clinic run” in .* s\.",
 )
 """Without a time where a busy simulator was silent as the item ended."""
 OF_THE_LINK = '[data-event-group^="link "]'
@@ -138,15 +140,15 @@ async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:
 
 
 async def test_a_run_is_started_told_to_skip_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:
-    await flying_page.upload(run_that_waits_twice(), "v3")
+    await flying_page.upload(run_that_waits_twice(), "v2")
     keyboard = flying_page.page.keyboard
-    await flying_page.button("Start v3").focus()
+    await flying_page.button("Start v2").focus()
     await keyboard.down("Space")
     await flying_page.until_state("starting", "flying", "at_drop")
     await keyboard.up("Space")
-    await expect(flying_page.button("Return v3")).to_be_visible(timeout=FLIGHT_MS)
+    await expect(flying_page.button("Return v2")).to_be_visible(timeout=FLIGHT_MS)
     await skip_to_the_end(flying_page)
-    await flying_page.button("Land v3").focus()
+    await flying_page.button("Land v2").focus()
     await keyboard.down("Enter")
     await flying_page.until_state("landed", "completed", "aborted", "failed")
     await keyboard.up("Enter")
@@ -163,7 +165,7 @@ def run_that_waits_twice() -> str:
 async def skip_to_the_end(board: Dashboard) -> None:
     """First it is refused, which is said in words; then the vehicle flies on with the last point."""
     board.tolerated = ("status of 409",)  # Chromium writes each refused request into its console
-    skip = board.page.get_by_role("region", name="Skip items of v3")
+    skip = board.page.get_by_role("region", name="Skip items of v2")
     await skip.get_by_label("Skip to an item").select_option("end", timeout=FLIGHT_MS)
     await expect(skip).to_contain_text("Skips these drops: drop.")
 
@@ -172,10 +174,10 @@ async def skip_to_the_end(board: Dashboard) -> None:
         await route.fulfill(status=409, content_type="application/problem+json", body=json.dumps(problem))
 
     await board.page.route("**/mission", refuse)
-    await hold_by_keyboard(board, "Skip to end with v3")
+    await hold_by_keyboard(board, "Skip to end with v2")
     await expect(skip.get_by_role("alert")).to_contain_text("The drop is near")
     await board.page.unroute("**/mission")
-    await hold_by_keyboard(board, "Skip to end with v3")
+    await hold_by_keyboard(board, "Skip to end with v2")
     await board.filter_events("All events")
     changed = board.page.locator('.event[data-kind="run.mission_changed"]').first  # the newest of the whole service
     await expect(changed).to_contain_text("continues at “end”")
@@ -193,16 +195,16 @@ async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
     flying_page: Dashboard, flying_service: ServiceProcess
 ) -> None:
     flying_page.tolerated = SERVICE_LOST
-    await flying_page.upload(waiting_run(hold_s=120), "v4")
+    await flying_page.upload(waiting_run(hold_s=120), "v3")
     run_id, before = await flying_page.run_id(), await flying_page.feed_seqs()
-    await flying_page.hold("Start v4")
+    await flying_page.hold("Start v3")
     await flying_page.until_state("flying", "at_drop", "returning")
 
     flying_service.kill()
     try:
         lost = flying_page.page.locator(".connection.lost")
         await expect(lost).to_contain_text("No connection, data is")
-        await expect(flying_page.button("Land v4")).to_be_disabled()
+        await expect(flying_page.button("Land v3")).to_be_disabled()
         await told_within_a_telephone(flying_page)
     finally:
         flying_service.start()

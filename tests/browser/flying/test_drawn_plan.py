@@ -7,6 +7,8 @@ from playwright.async_api import expect
 from tests.support.dashboard import Dashboard
 from tests.support.editor import Editor
 
+VEHICLES = 1
+
 
 async def test_a_plan_is_drawn_mended_stored_and_flown(flying_page: Dashboard) -> None:
     editor = Editor(flying_page)

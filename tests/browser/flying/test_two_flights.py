@@ -7,6 +7,8 @@ from playwright.async_api import FloatRect, expect
 from tests.support.accessibility import violations
 from tests.support.dashboard import FLIGHT_MS, HOLD_MS, Dashboard, waiting_run
 
+VEHICLES = 2
+
 LEAVE_WHILE_HELD = """async (button, heldMs) => {
   const { left, right, bottom } = button.getBoundingClientRect();
   const press = (kind, clientY) => button.dispatchEvent(
@@ -41,33 +43,33 @@ async def hold_by_key(board: Dashboard, name: str) -> None:
 
 async def test_two_flights_start_together_and_are_both_in_view(flying_page: Dashboard) -> None:
     board, page = flying_page, flying_page.page
-    await board.upload(waiting_run(), "v6")
-    await board.until_next("Start v6")
-    await board.upload(waiting_run("Second run"), "v7")
-    await board.until_next("Start 2 flights: v6, v7")
+    await board.upload(waiting_run(), "v1")
+    await board.until_next("Start v1")
+    await board.upload(waiting_run("Second run"), "v2")
+    await board.until_next("Start 2 flights: v1, v2")
     runs = page.get_by_role("region", name="Open runs")
-    await runs.get_by_label("Include v6 in the start").uncheck()
-    await board.until_next("Start 1 flight: v7")
+    await runs.get_by_label("Include v1 in the start").uncheck()
+    await board.until_next("Start 1 flight: v2")
     await page.get_by_role("tab", name="Plan").click()
     await page.get_by_role("tab", name="Run").click()
-    await board.until_next("Start 1 flight: v7")
-    await runs.get_by_label("Include v6 in the start").check()
+    await board.until_next("Start 1 flight: v2")
+    await runs.get_by_label("Include v1 in the start").check()
     assert await violations(page, "two runs that are ready") == []
-    await board.hold("Start 2 flights: v6, v7")
-    for vehicle, name in (("v6", "Clinic run"), ("v7", "Second run")):
+    await board.hold("Start 2 flights: v1, v2")
+    for vehicle, name in (("v1", "Clinic run"), ("v2", "Second run")):
         row = runs.locator("li", has_text=vehicle)
         await expect(row).to_contain_text(name)
         await expect(row).to_contain_text("Flying", timeout=FLIGHT_MS)
-    await board.until_next("Pause v7")
-    await runs.get_by_role("button", name="v6").click()
-    await board.until_next("Pause v6")
-    await hold_by_key(board, "Pause v6")
-    await board.until_next("Resume v6")
+    await board.until_next("Pause v2")
+    await runs.get_by_role("button", name="v1").click()
+    await board.until_next("Pause v1")
+    await hold_by_key(board, "Pause v1")
+    await board.until_next("Resume v1")
     commands: list[str] = []
     page.on("request", lambda request: commands.append(request.url.rpartition("/")[2]))
-    await board.button("Land v6").evaluate(LEAVE_WHILE_HELD, HOLD_MS)
+    await board.button("Land v1").evaluate(LEAVE_WHILE_HELD, HOLD_MS)
     assert commands.count("land") == 0, "the press left the button"
-    await board.hold_while("Land v6", lambda: page.evaluate(PUSH_DOWN))
+    await board.hold_while("Land v1", lambda: page.evaluate(PUSH_DOWN))
     await board.until_state("landed", "completed", "aborted")
     assert commands.count("land") == 1, "the press that stayed was meant"
     await board.until_next("Save delivery report")
