@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import socket
 import struct
 import sys
@@ -14,8 +15,12 @@ LATE_S: Final = 0.2
 """What waited longer, because the process stood still, is late."""
 _SUSPECT_S: Final = 0.1
 """Without an empty queue for so long the age of each datagram is looked at: the loop may have stood still."""
+_BEHIND_S: Final = 1.0
+"""What waited for a loop that stood still is read sooner. Late ones for longer: more come than can be read."""
 TURN_S: Final = 0.002
 """The longest that one turn of the loop spends on one socket."""
+_SKIP_S: Final = 0.01
+"""The same, for a whole queue that is skipped."""
 _LONGEST: Final = 65_535
 _RECEIVE_BUFFER: Final = 1 << 20
 
@@ -26,6 +31,8 @@ _TIMESPEC: Final = struct.Struct("@ll")
 Address = tuple[Any, ...]
 Take = Callable[[bytes, Address, bool], None]
 """Gets a datagram, where it came from, and whether it is late."""
+Skip = Callable[[Address], None]
+"""Gets where a datagram came from that is dropped unread."""
 
 
 def udp_socket(family: int) -> socket.socket:
@@ -41,16 +48,26 @@ def udp_socket(family: int) -> socket.socket:
 class DatagramReader:
     """Reads a socket from the event loop until `close`, which closes it too.
 
-    `turn_ended` is called when no more is taken in this turn of the loop.
+    `turn_ended` is called when no more is taken in this turn of the loop. With `skip`, late datagrams are skipped while
+    more come than can be read: the queue would stay full of them, and nothing else would ever be taken.
     """
 
-    def __init__(self, sock: socket.socket, take: Take, turn_ended: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        sock: socket.socket,
+        take: Take,
+        turn_ended: Callable[[], None] = lambda: None,
+        skip: Skip | None = None,
+    ) -> None:
         self._loop = asyncio.get_running_loop()
         self._sock = sock
         self._take = take
         self._turn_ended = turn_ended
+        self._skip = skip
         self._empty_s = time.monotonic()
         """When the queue was last known to be empty."""
+        self._late_s = math.inf
+        """When the first late one was taken since then."""
         self._pause: asyncio.TimerHandle | None = None
         self._loop.add_reader(sock, self._ready)
 
@@ -82,6 +99,9 @@ class DatagramReader:
 
     def _take_all(self) -> None:
         now_s = time.monotonic()
+        if self._skip is not None and now_s - self._late_s > _BEHIND_S:
+            self._skip_late(self._skip, now_s + _SKIP_S)
+            now_s = time.monotonic()
         until_s, look = now_s + TURN_S, now_s - self._empty_s > _SUSPECT_S
         while self._pause is None:
             try:
@@ -92,13 +112,26 @@ class DatagramReader:
                     data, address = self._sock.recvfrom(_LONGEST)
                     late = False
             except BlockingIOError:
-                self._empty_s = now_s
+                self._empty_s, self._late_s = now_s, math.inf
                 return
             except OSError:
                 continue  # a peer does not listen (ICMP); the next call raises it
+            if late:
+                self._late_s = min(self._late_s, now_s)
             self._take(data, address, late)
             if self._sock.fileno() < 0 or time.monotonic() > until_s:
                 return
+
+    def _skip_late(self, skip: Skip, until_s: float) -> None:
+        while time.monotonic() < until_s:
+            try:
+                _, stamps, _, address = self._sock.recvmsg(1, 64, socket.MSG_PEEK)
+                if _age_s(stamps) <= LATE_S / 2:  # the next ones must not be late when their turn comes
+                    return
+                self._sock.recv(1)
+            except OSError:  # also of an empty queue
+                return
+            skip(address)
 
 
 def _age_s(stamps: list[tuple[int, int, bytes]]) -> float:

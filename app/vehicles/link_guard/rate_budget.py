@@ -25,7 +25,7 @@ class RateBudget:
         """So many vehicles share it."""
         self._times = max(1, times)
 
-    def spend(self, units: int, now_s: float) -> float:
+    def spend(self, units: float, now_s: float) -> float:
         """So many units were used. For how many seconds nothing more may be read; 0: go on."""
         left = self._refilled(now_s) - units
         if left <= 0 and self._pool is not None and self._pool.grants(-left, now_s):

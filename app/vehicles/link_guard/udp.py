@@ -11,6 +11,7 @@ import ipaddress
 import socket
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Final
 
 from app.domain.vehicle.link_security import RefusalKind
@@ -22,6 +23,8 @@ from app.vehicles.link_guard.transport import FrameReceiver
 
 _OPEN_PEERS_PER_S: Final = 40_000.0
 """Where everybody may speak, nobody has a socket of their own."""
+_SKIPPED: Final = 0.5
+"""Units of a budget that a datagram costs which is skipped."""
 _LONGEST: Final = 2048
 """Bytes of a datagram. A network carries 1,500 in one piece, so a vehicle's are shorter."""
 
@@ -70,7 +73,7 @@ class UdpListener:
             self._sock.close()
             raise
         self._place = self._sock.getsockname()
-        self._reader = DatagramReader(self._sock, self._take, self._receiver.flush)
+        self._reader = DatagramReader(self._sock, self._take, self._receiver.flush, self._skip)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
         assert isinstance(peer, _UdpPeer)
@@ -109,6 +112,12 @@ class UdpListener:
             if not self._options.any_peer:
                 self._connect(peer)
 
+    def _skip(self, place: Address) -> None:
+        """One of theirs that is dropped unread."""
+        peer = self._peers.get(place) or Peer(place[0], place_name(place), is_allowed=False)
+        self._receiver.refuse(RefusalKind.LATE, peer)
+        self._budgets.unknown_peers.spend(_SKIPPED, time.monotonic())
+
     def _deliver(self, data: bytes, peer: Peer, late: bool) -> int:
         """What it cost, in the units of a budget."""
         if len(data) <= _LONGEST:
@@ -141,7 +150,7 @@ class UdpListener:
             else:  # it came while the socket was not connected yet
                 self._take(data, place, late)
 
-        peer.reader = DatagramReader(own, take, self._receiver.flush)
+        peer.reader = DatagramReader(own, take, self._receiver.flush, partial(_skip, self._receiver, peer))
 
 
 class UdpClient:
@@ -160,7 +169,8 @@ class UdpClient:
             sock.close()
             raise
         self._peer.sock = sock
-        self._peer.reader = DatagramReader(sock, self._take, self._receiver.flush)
+        skip = partial(_skip, self._receiver, self._peer)
+        self._peer.reader = DatagramReader(sock, self._take, self._receiver.flush, skip)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
         return self._peer.sock is None or _sent(self._peer.sock.send, frame)
@@ -176,6 +186,12 @@ class UdpClient:
 
     def _take(self, data: bytes, _place: Address, late: bool) -> None:
         self._peer.spend(1 + self._receiver.deliver(data, self._peer, late))
+
+
+def _skip(receiver: FrameReceiver, peer: _UdpPeer, _place: Address) -> None:
+    """A datagram of its own socket is dropped unread. What that costs delays what it reads next, not this turn."""
+    receiver.refuse(RefusalKind.LATE, peer)
+    peer.budget.spend(_SKIPPED, time.monotonic())
 
 
 def _sent(send: Callable[..., int], *what: object) -> bool:
