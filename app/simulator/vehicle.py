@@ -111,7 +111,8 @@ class Vehicle:
             self.commander.change_mode,
         )  # fmt: skip
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
-        self._motion = Motion(state, dynamics_for(spec.airframe, self.params, state.status, spec.frame), self.faults)
+        dynamics = dynamics_for(spec.airframe, self.params, state.status, spec.frame)
+        self._motion = Motion(state, dynamics, self.faults, rolls=spec.airframe.is_rover)
 
     def _build_payload(self) -> None:
         """On board, or components on the payload port."""

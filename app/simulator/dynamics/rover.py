@@ -50,13 +50,7 @@ class Rover:
 
     def step(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
         """Advance by `dt_s`; the vehicle is armed."""
-        distance_m = math.hypot(setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
-        ahead_m = max(LEAST_AHEAD_M, self._speed)
-        course = course_on_line((body.north_m, body.east_m), setpoint.previous, setpoint.point, ahead_m)
-        if distance_m < ahead_m:
-            course = math.atan2(setpoint.east_m - body.east_m, setpoint.north_m - body.north_m)
-        missing = wrap_pi(course - body.yaw_rad)
-        wanted_m_s = self._speed_command(setpoint, distance_m, abs(missing))
+        wanted_m_s, missing = self._way(body, setpoint)
         if wanted_m_s == 0.0:
             missing = 0.0  # there: it keeps its heading (AckermannPosControl)
         self._push(wanted_m_s, body.yaw_rad, dt_s)
@@ -68,6 +62,18 @@ class Rover:
         body.north_m += body.v_north_m_s * dt_s
         body.east_m += body.v_east_m_s * dt_s
         body.throttle = min(1.0, self._speed / CRUISE_M_S)
+
+    def _way(self, body: Body, setpoint: Setpoint) -> tuple[float, float]:
+        """Speed, and the angle to turn. Without a point it goes on as before: AckermannPosControl publishes nothing."""
+        if math.isnan(setpoint.north_m):
+            return self._commanded, 0.0
+        distance_m = math.hypot(setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
+        ahead_m = max(LEAST_AHEAD_M, self._speed)
+        course = course_on_line((body.north_m, body.east_m), setpoint.previous, setpoint.point, ahead_m)
+        if distance_m < ahead_m:
+            course = math.atan2(setpoint.east_m - body.east_m, setpoint.north_m - body.north_m)
+        missing = wrap_pi(course - body.yaw_rad)
+        return self._speed_command(setpoint, distance_m, abs(missing)), missing
 
     def _push(self, wanted_m_s: float, yaw_rad: float, dt_s: float) -> None:
         """The throttle for a speed against friction and drag; the speed controller's gains are next to none."""

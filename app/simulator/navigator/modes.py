@@ -41,7 +41,8 @@ class LandMode:
         context = self._context
         self._blind = not context.state.status.position_valid
         if not self._blind:
-            context.set_point(SetpointKind.LAND, context.stop_point(), 0.0)
+            point = (math.nan, math.nan) if context.airframe.is_rover else context.stop_point()
+            context.set_point(SetpointKind.LAND, point, 0.0)  # PX4's has no point either; the others brake there
             return
         body = context.state.body
         context.set_point(SetpointKind.DESCEND, (body.north_m, body.east_m), 0.0)

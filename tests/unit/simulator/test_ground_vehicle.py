@@ -87,3 +87,47 @@ def test_a_rover_that_waits_at_its_point_stands_still_and_keeps_its_heading() ->
     assert (body.north_m, body.east_m) == place
     assert place == pytest.approx((30.0, 0.0), abs=0.5)
     assert body.yaw_rad == heading_rad
+
+
+def driving() -> GroundStation:
+    """North, at its full speed."""
+    rover = GroundStation("rover")
+    rover.start([waypoint(200.0, 0.0, 0.0), waypoint(200.0, 50.0, 0.0)])
+    rover.until(lambda: rover.vehicle.state.body.north_m > 20.0)
+    assert rover.vehicle.state.body.ground_speed_m_s == pytest.approx(2.95, abs=0.1)
+    return rover
+
+
+def test_in_land_mode_a_rover_keeps_its_speed_until_it_is_disarmed_and_rolls_on() -> None:
+    """Flown twice: "Landing detected" at once, 2.95 m/s for two seconds, 12 m in all."""
+    rover = driving()
+    body = rover.vehicle.state.body
+    start_m, speed_m_s = body.north_m, body.ground_speed_m_s
+    assert rover.command(Cmd.NAV_LAND) == [Result.ACCEPTED]
+    rover.fly(0.5)
+    assert "Landing detected" in rover.texts()
+    assert rover.until(lambda: not rover.armed, 5.0) == pytest.approx(1.5, abs=0.3)
+    assert body.ground_speed_m_s == pytest.approx(speed_m_s, abs=0.05)
+    rover.until(lambda: body.ground_speed_m_s == 0.0, 10.0)
+    assert (body.north_m - start_m, body.east_m) == pytest.approx((12.0, 0.0), abs=0.6)
+
+
+def test_a_rover_that_stands_does_not_start_in_land_mode() -> None:
+    rover = GroundStation("rover")
+    rover.start([waypoint(20.0, 0.0, 0.0)])
+    rover.until(lambda: rover.vehicle.mission.result.finished)
+    rover.fly(3.0)
+    body = rover.vehicle.state.body
+    place = (body.north_m, body.east_m)
+    assert rover.command(Cmd.NAV_LAND) == [Result.ACCEPTED]
+    rover.until(lambda: not rover.armed, 5.0)
+    assert (body.north_m, body.east_m) == place
+
+
+def test_a_rover_that_is_disarmed_as_it_drives_rolls_on() -> None:
+    rover = driving()
+    start_m = rover.vehicle.state.body.north_m
+    assert rover.command(Cmd.COMPONENT_ARM_DISARM, 0) == [Result.ACCEPTED]
+    rover.fly(6.0)
+    assert rover.vehicle.state.body.ground_speed_m_s == 0.0
+    assert rover.vehicle.state.body.north_m - start_m == pytest.approx(6.0, abs=0.5)
