@@ -32,6 +32,8 @@ class FirmwareProfile:
     """MAVLink 2 signing (since v1.18): SETUP_SIGNING sets a key."""
     names_fence_limit: bool
     """A breached fence's text says which limit was exceeded (since v1.15)."""
+    needs_all_inclusions: bool
+    """A position has to be in all inclusions that contain home (since v1.15), before in any."""
     returns_round_fence: bool
     """A direct return is planned round the fence (since v1.19)."""
     command_timeout_param: str
@@ -66,6 +68,7 @@ PX4_MAIN = FirmwareProfile(
     unused_params_must_be_empty=True,
     signs=True,
     names_fence_limit=True,
+    needs_all_inclusions=True,
     returns_round_fence=True,
     command_timeout_param="MIS_COMMAND_TOUT",
     guidance_params=NPFG,
@@ -84,6 +87,7 @@ PX4_1_14 = replace(
     unused_params_must_be_empty=False,
     signs=False,
     names_fence_limit=False,
+    needs_all_inclusions=False,
     returns_round_fence=False,
     command_timeout_param="MIS_PD_TO",
     params={"MIS_PD_TO": 5.0, "PD_GRIPPER_EN": 1},

@@ -157,7 +157,8 @@ def _glide_slope(mission: FeasibilityInput, home: Home, before: Item, land: Item
 
 def _fence(mission: FeasibilityInput, home: Home) -> Iterator[Problem]:
     """Waypoints only, not legs. PX4 names the first offender, counted from 1."""
-    if not mission.fence.empty and not mission.fence.allows((home.north_m, home.east_m)):
+    fence = mission.fence.valid_at((home.north_m, home.east_m))
+    if fence.empty and not mission.fence.empty:
         return  # the fence is invalid against home and then not used
     horizontal_m = float(mission.params["GF_MAX_HOR_DIST"])
     vertical_m = float(mission.params["GF_MAX_VER_DIST"])
@@ -167,7 +168,7 @@ def _fence(mission: FeasibilityInput, home: Home) -> Iterator[Problem]:
         point = _point(mission, item)
         too_far = 0.0 < horizontal_m < math.dist(point, (home.north_m, home.east_m))
         too_high = 0.0 < vertical_m < height_above_home_m(item, home, mission.frame)
-        if too_far or too_high or not mission.fence.allows(point):
+        if too_far or too_high or not fence.allows(point):
             text = f"Geofence violation for waypoint {seq + 1}"
             yield Problem("navigator_mis_geofence_violation", text, (seq + 1,))
             return

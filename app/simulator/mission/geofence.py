@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass, replace
 
 from app.simulator.geo import LocalFrame
@@ -68,7 +69,9 @@ class FenceArea:
 class Geofence:
     """Built from the stored fence items; a polygon with missing vertices contains nothing [05_fence_rally]."""
 
-    def __init__(self, items: tuple[Item, ...], frame: LocalFrame) -> None:
+    def __init__(self, items: tuple[Item, ...], frame: LocalFrame, *, needs_all: bool = False) -> None:
+        """`needs_all`: a point has to be in every inclusion, not in any (since v1.15)."""
+        self._needs_all = needs_all
         self._areas: list[FenceArea] = []
         index = 0
         while index < len(items):
@@ -107,11 +110,19 @@ class Geofence:
         return all(area.contains(point) == area.inclusion and area.border_m(point) >= margin_m for area in self._areas)
 
     def allows(self, point: Point) -> bool:
-        """In at least one inclusion, if there are any, and in no exclusion."""
-        inclusions = [area for area in self._areas if area.inclusion]
-        if inclusions and not any(area.contains(point) for area in inclusions):
-            return False
-        return not any(area.contains(point) for area in self._areas if not area.inclusion)
+        """In an inclusion, or in all, if there are any, and in no exclusion."""
+        inclusions = [area.contains(point) for area in self._areas if area.inclusion]
+        inside = all(inclusions) if self._needs_all else any(inclusions) or not inclusions
+        return inside and not any(area.contains(point) for area in self._areas if not area.inclusion)
+
+    def valid_at(self, point: Point) -> Geofence:
+        """What is left of it for a vehicle there: all or nothing, since v1.15 area by area."""
+        valid = copy(self)
+        if self._needs_all:
+            valid._areas = [area for area in self._areas if area.contains(point) == area.inclusion]
+        elif not self.allows(point):
+            valid._areas = []
+        return valid
 
 
 def _to_edge_m(point: Point, start: Point, end: Point) -> float:

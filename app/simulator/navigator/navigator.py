@@ -136,7 +136,8 @@ class Navigator:
         if self._store.fence_serial != self._fence_serial:
             first = self._fence_serial < 0
             self._fence_serial = self._store.fence_serial
-            self._fence = Geofence(self._store.fence.items, self._context.frame)
+            needs_all = self._context.profile.needs_all_inclusions
+            self._fence = Geofence(self._store.fence.items, self._context.frame, needs_all=needs_all)
             self._fence_due_s = now_s if first else now_s + FENCE_CHECK_S
         if self._fence_due_s is not None and now_s >= self._fence_due_s:
             self._fence_due_s = None
@@ -152,15 +153,15 @@ class Navigator:
     def _check_fence(self) -> None:
         """A fence has to have home inside, and a flying vehicle where it would act (checkHomeRequirements...)."""
         context, body = self._context, self._context.state.body
-        self.fence_in_force = self._fence
+        at_home = self._fence.valid_at((context.home.north_m, context.home.east_m))
         acts = context.params.integer("GF_ACTION") > 0 and not context.state.status.landed
-        if not self._fence.allows((context.home.north_m, context.home.east_m)):
+        self.fence_in_force = at_home.valid_at((body.north_m, body.east_m)) if acts else at_home
+        if at_home.areas != self._fence.areas:
             self._refuse_fence("Geofence invalid, doesn't contain Home position", "against_home")
-        elif acts and not self._fence.allows((body.north_m, body.east_m)):
+        elif self.fence_in_force.areas != at_home.areas:
             self._refuse_fence("Geofence invalid, doesn't contain current vehicle position", "against_cur_pos")
 
     def _refuse_fence(self, text: str, event: str) -> None:
-        self.fence_in_force = Geofence((), self._context.frame)
         self._context.text(Severity.CRITICAL, text)
         self._context.event(f"navigator_geofence_invalid_{event}")
 

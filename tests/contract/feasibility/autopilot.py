@@ -66,7 +66,7 @@ def refusals(
         params=values,
         frame=frame,
         home=Home(0.0, 0.0, 0.0),
-        fence=Geofence(fence, frame),
+        fence=Geofence(fence, frame, needs_all=profile.needs_all_inclusions),
         landed=landed,
     )
     return found + [f"{problem.event} {problem.arguments}" for problem in problems(judged)]

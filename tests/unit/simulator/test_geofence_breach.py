@@ -128,6 +128,25 @@ def test_a_fence_that_was_refused_as_it_came_limits_nothing() -> None:
     assert "Geofence invalid, doesn't contain current vehicle position" in "".join(gcs.texts())
 
 
+@pytest.mark.parametrize(("firmware", "leaves"), [("px4-main", True), ("px4-1.14", False)])
+def test_since_v1_15_it_has_to_be_in_all_inclusions_that_contain_home(firmware: str, leaves: bool) -> None:
+    wide, narrow = polygon(POLYGON_INCLUSION, -100.0, 200.0), polygon(POLYGON_INCLUSION, -50.0, BORDER_M)
+    gcs = northwards([*wide, *narrow], firmware=firmware)
+    send_north(gcs)
+    gcs.until(lambda: gcs.vehicle.state.body.north_m > BORDER_M + 5.0, 40.0)
+    assert breached(gcs) is leaves
+
+
+def test_an_inclusion_without_home_is_left_out_by_itself() -> None:
+    """PX4 #27099: it may not be flown into, nor does it keep the vehicle out of the other."""
+    gcs = northwards([*polygon(POLYGON_INCLUSION, 100.0, 200.0), *INCLUSION])
+    assert "Geofence invalid, doesn't contain Home position" in gcs.texts()
+    assert not breached(gcs)
+    send_north(gcs)
+    gcs.until(lambda: breached(gcs), 40.0)
+    assert gcs.vehicle.state.body.north_m == pytest.approx(BORDER_M, abs=1.5)
+
+
 def test_one_cannot_arm_outside_the_fence() -> None:
     gcs = GroundStation(params={"GF_ACTION": 1})
     gcs.upload(INCLUSION, FENCE)
