@@ -8,9 +8,9 @@ from app.simulator.params import Params
 from app.simulator.state import Status
 from app.simulator.wire import Mode, Severity
 
-NUMBERS = {Mode.LOITER: 5, Mode.RTL: 6, Mode.LAND: 7, Mode.TERMINATION: 10}
+NUMBERS = {Mode.LOITER: 5, Mode.RTL: 6, Mode.LAND: 7, Mode.DESCEND: 8, Mode.TERMINATION: 10}
 """failsafe_action_t."""
-SEVERITY = {Mode.LOITER: 1, Mode.RTL: 2, Mode.LAND: 3, Mode.TERMINATION: 4}
+SEVERITY = {Mode.LOITER: 1, Mode.RTL: 2, Mode.LAND: 3, Mode.DESCEND: 4, Mode.TERMINATION: 5}
 """Of the modes that a failsafe flies; the worst one wins, all others are 0."""
 NO_DELAY_S = 0.1
 """A COM_FAIL_ACT_T up to this is none."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
 from app.simulator.commander import Commander, ModeChecks, StatusOutput
-from app.simulator.failsafe_action import FailsafeAction
+from app.simulator.failsafe_action import NUMBERS, FailsafeAction
 from app.simulator.faults import VehicleFaults
 from app.simulator.params import Params
 from app.simulator.state import Status
@@ -91,7 +91,6 @@ class Battery:
 
 DEAD_RECKONING_S = 5.0
 """EKF2_NOAID_TOUT: so long the estimator goes on without GNSS."""
-DESCEND_ACTION = 8
 
 
 class PositionLossFailsafe:
@@ -137,20 +136,18 @@ class PositionLossFailsafe:
             self._resume(*self._interrupted)
 
     def _descend(self) -> None:
-        """HEARTBEAT shows Descend as AUTO.LAND; whatever another failsafe wants meanwhile is impossible."""
+        """Whatever another failsafe wants meanwhile is impossible."""
         status = self._status
         if self._interrupted is None:
             self._text(Severity.CRITICAL, "Failsafe activated")
-            self._event("commander_failsafe_enter_generic", self._commander.intended, DESCEND_ACTION)
+            self._event("commander_failsafe_enter_generic", self._commander.intended, NUMBERS[Mode.DESCEND])
+        if status.mode is not Mode.DESCEND:
             self._interrupted = (status.mode, status.failsafe)
-        elif status.mode is not Mode.LAND:
-            self._interrupted = (status.mode, status.failsafe)
-        if status.mode is not Mode.LAND or not status.failsafe:
-            self._commander.force_mode(Mode.LAND)
+            self._commander.force_mode(Mode.DESCEND)
 
     def _resume(self, mode: Mode, by_failsafe: bool) -> None:
         self._interrupted = None
-        if self._status.mode is not Mode.LAND:
+        if self._status.mode is not Mode.DESCEND:
             return  # somebody flies it without a position
         if by_failsafe:
             self._commander.force_mode(mode)
@@ -166,7 +163,7 @@ HEARTBEAT_TIMEOUT_S = 2.4
 LINK_LOSS_ACTIONS = {1: Mode.LOITER, 2: Mode.RTL, 3: Mode.LAND}
 TERMINATE, DISARM = 5, 6
 """The motors stop at once: these actions are neither delayed nor can anybody take over."""
-LEFT_ALONE = frozenset({Mode.RTL, Mode.LAND})
+LEFT_ALONE = frozenset({Mode.RTL, Mode.LAND, Mode.DESCEND})
 
 
 class LinkLossFailsafe:
@@ -225,11 +222,15 @@ class LinkLossFailsafe:
                 self._text(Severity.CRITICAL, "Failsafe activated")
                 self._commander.force_mode(action)
 
+    @property
+    def _lands(self) -> bool:
+        return self._status.mode in (Mode.LAND, Mode.DESCEND)
+
     def _lose(self) -> None:
         self._status.gcs_lost = True
         self._event("commander_gcs_lost")
         action = self._params.integer("NAV_DLL_ACT")
-        if action in (TERMINATE, DISARM) and self._status.armed and self._status.mode is not Mode.LAND:
+        if action in (TERMINATE, DISARM) and self._status.armed and not self._lands:
             self._text(Severity.CRITICAL, "Failsafe activated")
             if action == TERMINATE:
                 self._commander.terminate()

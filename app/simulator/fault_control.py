@@ -262,8 +262,9 @@ def _wind(vehicle: Vehicle, value: object) -> None:
 
 def _mode(vehicle: Vehicle, value: object) -> None:
     """Somebody else, a pilot at the sticks, changes the mode."""
-    if not isinstance(value, str) or value not in Mode.__members__:
-        raise RefusedError(f"unknown mode {value!r}; known: {', '.join(Mode.__members__)}")
+    known = [mode.name for mode in Mode if mode is not Mode.DESCEND]
+    if not isinstance(value, str) or value not in known:
+        raise RefusedError(f"unknown mode {value!r}; known: {', '.join(known)}")
     if Mode[value] is Mode.OFFBOARD and vehicle.clock.speed > MAX_LIVE_SPEED:
         raise RefusedError(f"OFFBOARD is not simulated above {MAX_LIVE_SPEED:g}x")
     vehicle.commander.change_mode(Mode[value])

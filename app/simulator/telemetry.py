@@ -9,6 +9,7 @@ from app.simulator.airframe import Airframe
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import VehicleFaults
+from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.identity import Identity
 from app.simulator.payload import Outputs
@@ -45,6 +46,7 @@ class Telemetry:
         faults: VehicleFaults,
         identity: Identity,
         outputs: Outputs,
+        profile: FirmwareProfile,
     ) -> None:
         self._state = state
         self._airframe = airframe
@@ -53,6 +55,7 @@ class Telemetry:
         self._faults = faults
         self._identity = identity
         self._outputs = outputs
+        self._profile = profile
         self.builders: dict[int, Callable[[], Message | None]] = {
             0: self.heartbeat,
             1: self.sys_status,
@@ -78,20 +81,25 @@ class Telemetry:
         return builder() if builder is not None else None
 
     def heartbeat(self) -> Message:
-        status = self._state.status
-        base = BASE_WITHOUT_STICKS if status.shown_mode in (Mode.ORBIT, Mode.OFFBOARD) else BASE_POSITION
-        if status.shown_mode.is_auto:
+        status, mode = self._state.status, self._shown_mode
+        base = BASE_WITHOUT_STICKS if mode in (Mode.ORBIT, Mode.OFFBOARD) else BASE_POSITION
+        if mode.is_auto:
             base = BASE_AUTO
         if status.armed:
             base |= BASE_ARMED
         return mavlink.MAVLink_heartbeat_message(
-            self._airframe.mav_type, AUTOPILOT_PX4, base, status.shown_mode, status.system_status, 3
+            self._airframe.mav_type, AUTOPILOT_PX4, base, mode, status.system_status, 3
         )
 
     def current_mode(self) -> Message:
-        status = self._state.status
-        mode = status.shown_mode
-        return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(mode, 0), mode, status.intended)
+        mode = self._shown_mode
+        intended = self._state.status.intended
+        return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(mode, 0), mode, intended)
+
+    @property
+    def _shown_mode(self) -> Mode:
+        mode = self._state.status.shown_mode
+        return mode if mode is not Mode.DESCEND or self._profile.shows_descend else Mode.LAND
 
     def sys_status(self) -> Message:
         healthy = SENSORS_HEALTHY & ~SENSOR_GPS if self._faults.gps_lost else SENSORS_HEALTHY

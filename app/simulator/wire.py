@@ -170,6 +170,8 @@ class Mode(IntEnum):
     MISSION = 4 << 16 | 4 << 24
     RTL = 4 << 16 | 5 << 24
     LAND = 4 << 16 | 6 << 24
+    DESCEND = 4 << 16 | 20 << 24
+    """Down without a position; only a failsafe flies it."""
 
     @property
     def main(self) -> int:

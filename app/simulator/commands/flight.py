@@ -82,6 +82,8 @@ class FlightCommands:
             mode = Mode(value if main in (AUTO_MAIN, Mode.ORBIT.main) else main << 16)
         except ValueError:
             return self._commander.unsupported_mode()
+        if mode is Mode.DESCEND:
+            return self._commander.unsupported_mode()
         return self._commander.set_mode(mode)
 
     def _nav_takeoff(self, request: Request) -> Result:

@@ -209,8 +209,9 @@ ROVER_LEAVES_S = 0.5
 
 
 class RoverLandDetector(LandDetector):
-    """Always in contact; landed when disarmed, in Land mode, or in a return at its last point: a LAND item of a mission
-    never completes. As a return begins where it stands, at a waypoint or in Hold, that is its last point for a moment.
+    """Always in contact; landed when disarmed, in Land or Descend mode, or in a return at its last point: a LAND item
+    of a mission never completes. As a return begins where it stands, at a waypoint or in Hold, that is its last point
+    for a moment.
     """
 
     def _set_times(self, factor: int) -> None:
@@ -220,7 +221,7 @@ class RoverLandDetector(LandDetector):
         return True
 
     def _is_landed(self, sample: LandSample) -> bool:
-        if sample.mode is Mode.LAND:
+        if sample.mode in (Mode.LAND, Mode.DESCEND):
             return True
         is_there = sample.last_point_distance_m < float(self._params["NAV_ACC_RAD"])
         return (sample.mode is Mode.RTL and is_there) or not sample.armed

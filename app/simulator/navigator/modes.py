@@ -1,4 +1,4 @@
-"""The simple flight modes: takeoff, hold, land."""
+"""The simple flight modes: takeoff, hold, land, descend."""
 
 from __future__ import annotations
 
@@ -21,38 +21,38 @@ class FlightMode(Protocol):
         """One cycle while the mode is active and the vehicle armed."""
 
 
-# AUTO.LAND: down, here; without a position (PX4's Descend) down wherever it drifts.
-
-
 class LandMode:
     """Land at the present place; the commander disarms after COM_DISARM_LAND."""
 
     def __init__(self, context: NavContext) -> None:
         self._context = context
         self.finished = False
-        self._blind = False
 
     def activate(self) -> None:
-        self.finished = False
-        self._context.gimbal.start(self._context.now_s)
-        self._begin()
-
-    def _begin(self) -> None:
         context = self._context
-        self._blind = not context.state.status.position_valid
-        if not self._blind:
-            point = (math.nan, math.nan) if context.airframe.is_rover else context.stop_point()
-            context.set_point(SetpointKind.LAND, point, 0.0)  # PX4's has no point either; the others brake there
-            return
-        body = context.state.body
+        self.finished = False
+        context.gimbal.start(context.now_s)
+        point = (math.nan, math.nan) if context.airframe.is_rover else context.stop_point()
+        context.set_point(SetpointKind.LAND, point, 0.0)  # PX4's has no point either; the others brake there
+
+    def step(self) -> None:
+        self.finished = self._context.state.status.landed
+
+
+class DescendMode:
+    """Down without a position, wherever it drifts."""
+
+    def __init__(self, context: NavContext) -> None:
+        self._context = context
+
+    def activate(self) -> None:
+        context, body = self._context, self._context.state.body
         context.set_point(SetpointKind.DESCEND, (body.north_m, body.east_m), 0.0)
         if context.airframe.is_vtol and context.flies_like_plane:  # NAV_FORCE_VT
             context.command((Cmd.DO_VTOL_TRANSITION, (float(VtolState.MC), 0.0, 0.0, 0.0)))
 
     def step(self) -> None:
-        if self._blind is self._context.state.status.position_valid:
-            self._begin()
-        self.finished = self._context.state.status.landed
+        """Nothing changes on the way."""
 
 
 ALTITUDE_TOLERANCE_M = 0.8

@@ -10,7 +10,7 @@ from app.simulator.mission.geofence import Geofence
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.mission_mode import MissionMode
-from app.simulator.navigator.modes import FlightMode, HoldMode, LandMode, TakeoffMode
+from app.simulator.navigator.modes import DescendMode, FlightMode, HoldMode, LandMode, TakeoffMode
 from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.navigator.return_plan import ReturnCheck
@@ -51,6 +51,7 @@ class Navigator:
             Mode.LOITER: hold,
             Mode.RTL: self._return,
             Mode.LAND: self._land,
+            Mode.DESCEND: DescendMode(context),
             Mode.TAKEOFF: takeoff,
             Mode.OFFBOARD: offboard,
             Mode.ORBIT: orbit,

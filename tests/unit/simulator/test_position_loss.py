@@ -22,9 +22,9 @@ def mode(gcs: GroundStation) -> Mode:
     return gcs.vehicle.state.status.mode
 
 
-def under_way(**params: float) -> GroundStation:
+def under_way(firmware: str = "px4-main", **params: float) -> GroundStation:
     """A mission's long leg, at 15 m."""
-    gcs = GroundStation(params=params)
+    gcs = GroundStation(params=params, firmware=firmware)
     gcs.start([takeoff(15), waypoint(400, 0, 15), RETURN])
     gcs.until(lambda: gcs.vehicle.state.body.north_m > 5)
     return gcs
@@ -73,13 +73,29 @@ def test_a_mission_is_flown_for_as_long_as_dead_reckoning_lasts_and_then_it_desc
     lose(gcs)
     assert gcs.until(lambda: mode(gcs) is not Mode.MISSION, 10.0) == pytest.approx(RECKONS_S, abs=0.1)
     gcs.fly(3.0)
-    assert (gcs.last("HEARTBEAT").custom_mode, gcs.last("HEARTBEAT").system_status) == (Mode.LAND, 5)
+    assert (gcs.last("HEARTBEAT").custom_mode, gcs.last("HEARTBEAT").system_status) == (Mode.DESCEND, 5)
     assert gcs.last("EXTENDED_SYS_STATE").landed_state == LandedState.IN_AIR, "Descend is no auto mode"
     assert gcs.texts()[-1] == "Failsafe activated"
     assert gcs.vehicle.state.body.v_up_m_s == pytest.approx(-0.7, abs=0.05), "MPC_LAND_SPEED"
     gcs.until(lambda: not gcs.armed, 60.0)
     assert gcs.vehicle.state.body.up_m == 0.0
     assert gcs.texts()[-1] == "Disarmed by landing"
+
+
+@pytest.mark.parametrize(("firmware", "sub_mode"), [("px4-main", 20), ("px4-1.14", 6)])
+def test_descend_shows_as_sub_mode_20_since_july_2026_and_as_land_before(firmware: str, sub_mode: int) -> None:
+    """PR 27918."""
+    gcs = under_way(firmware)
+    lose(gcs)
+    gcs.fly(RECKONS_S + 3.0)
+    assert gcs.last("HEARTBEAT").custom_mode == 4 << 16 | sub_mode << 24
+
+
+def test_nobody_can_command_descend() -> None:
+    gcs = under_way()
+    assert gcs.command(Cmd.DO_SET_MODE, 1, 4, 20) == [Result.TEMPORARILY_REJECTED]
+    assert "Unsupported auto mode" in gcs.texts()
+    assert mode(gcs) is Mode.MISSION
 
 
 def test_a_blind_descent_drifts_with_the_wind() -> None:
@@ -102,7 +118,7 @@ def test_no_mode_that_needs_a_position_is_flown_on_or_entered(flown: Mode) -> No
     gcs.vehicle.commander.change_mode(flown)
     lose(gcs)
     gcs.fly(RECKONS_S + 1.0)
-    assert (mode(gcs), gcs.vehicle.state.status.failsafe) == (Mode.LAND, True)
+    assert (mode(gcs), gcs.vehicle.state.status.failsafe) == (Mode.DESCEND, True)
     assert gcs.set_mode(flown) == [Result.TEMPORARILY_REJECTED]
     assert gcs.command(Cmd.NAV_RETURN_TO_LAUNCH) == [Result.TEMPORARILY_REJECTED]
     assert gcs.command(Cmd.NAV_LAND) == [Result.TEMPORARILY_REJECTED]
@@ -112,7 +128,7 @@ def test_with_the_position_back_it_goes_on_in_the_mode_that_it_had() -> None:
     gcs = under_way()
     lose(gcs)
     gcs.fly(RECKONS_S + 1.0)
-    assert mode(gcs) is Mode.LAND
+    assert mode(gcs) is Mode.DESCEND
     lose(gcs, False)
     gcs.fly(0.1)
     assert (mode(gcs), gcs.vehicle.state.status.failsafe) == (Mode.MISSION, False)
@@ -137,7 +153,7 @@ def test_offboard_by_position_descends_and_by_attitude_flies_on() -> None:
     sender.stream(RECKONS_S + 1.0)
     assert sender.mode is Mode.OFFBOARD
     sender.to(local((0.0, 0.0, -10.0)), 0.5)
-    assert sender.mode is Mode.LAND
+    assert sender.mode is Mode.DESCEND
     sender.to(attitude(0.5), 0.5)
     assert sender.mode is Mode.OFFBOARD
 

@@ -47,7 +47,7 @@ def test_the_descent_is_said_once() -> None:
     air, loss = descending()
     air.run(loss.step, 5.0)
     assert (air.said, air.events) == (["Failsafe activated"], [ENTERED])
-    assert air.flown == (Mode.LAND, True)
+    assert air.flown == (Mode.DESCEND, True)
 
 
 def test_the_position_that_is_back_gives_the_users_mode_back_once() -> None:
@@ -61,7 +61,7 @@ def test_the_position_that_is_back_gives_the_users_mode_back_once() -> None:
 
 def test_a_landing_by_the_user_becomes_a_blind_one_and_his_own_again() -> None:
     air, loss = descending(Mode.LAND)
-    assert air.flown == (Mode.LAND, True)
+    assert air.flown == (Mode.DESCEND, True)
     regain(air, loss)
     assert air.flown == (Mode.LAND, False)
 
@@ -70,7 +70,7 @@ def test_what_another_failsafe_wants_meanwhile_is_flown_when_the_position_is_bac
     air, loss = descending()
     air.commander.force_mode(Mode.RTL)
     air.run(loss.step)
-    assert air.flown == (Mode.LAND, True)
+    assert air.flown == (Mode.DESCEND, True)
     assert air.said == ["Failsafe activated"]
     regain(air, loss)
     assert air.flown == (Mode.RTL, True)
@@ -93,7 +93,7 @@ def test_a_descent_that_was_flown_out_of_begins_again_without_a_word() -> None:
     air.run(loss.step, 1.0)
     air.stream_position()
     air.run(loss.step)
-    assert (air.flown, air.said) == ((Mode.LAND, True), ["Failsafe activated"])
+    assert (air.flown, air.said) == ((Mode.DESCEND, True), ["Failsafe activated"])
     regain(air, loss)
     assert air.flown == (Mode.OFFBOARD, False)
 
