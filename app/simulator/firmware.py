@@ -34,6 +34,8 @@ class FirmwareProfile:
     """A breached fence's text says which limit was exceeded (since v1.15)."""
     needs_all_inclusions: bool
     """A position has to be in all inclusions that contain home (since v1.15), before in any."""
+    reports_current_mode: bool
+    """CURRENT_MODE, with the intended mode (since v1.15)."""
     shows_descend: bool
     """Descend has a sub mode of its own, 20 (PR 27918, July 2026); before, it shows as Land."""
     returns_round_fence: bool
@@ -71,6 +73,7 @@ PX4_MAIN = FirmwareProfile(
     signs=True,
     names_fence_limit=True,
     needs_all_inclusions=True,
+    reports_current_mode=True,
     shows_descend=True,
     returns_round_fence=True,
     command_timeout_param="MIS_COMMAND_TOUT",
@@ -91,6 +94,7 @@ PX4_1_14 = replace(
     signs=False,
     names_fence_limit=False,
     needs_all_inclusions=False,
+    reports_current_mode=False,
     shows_descend=False,
     returns_round_fence=False,
     command_timeout_param="MIS_PD_TO",

@@ -58,7 +58,7 @@ class Streams:
     def __init__(
         self, telemetry: Telemetry, radio: Radio, clock: VehicleClock, default_hz: Mapping[int, float]
     ) -> None:
-        self._default_hz = default_hz
+        self._default_hz = {number: hz for number, hz in default_hz.items() if number in telemetry.builders}
         self._telemetry = telemetry
         self._radio = radio
         self._clock = clock

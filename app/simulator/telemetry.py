@@ -72,8 +72,9 @@ class Telemetry:
             245: self.extended_sys_state,
             300: identity.protocol_version,
             360: self.orbit_execution_status,
-            436: self.current_mode,
         }
+        if profile.reports_current_mode:
+            self.builders[436] = self.current_mode
 
     def by_id(self, message_id: int) -> Message | None:
         """The message now, or None when it does not exist or has nothing to say yet."""

@@ -133,6 +133,17 @@ def test_older_firmware_knows_no_mission_ids_states_and_masks(firmware: str) -> 
     assert gcs.last("MISSION_COUNT").opaque_id == 0
 
 
+@pytest.mark.parametrize(("firmware", "result"), [("px4-main", 0), *((name, Result.FAILED) for name in OLD)])
+def test_only_px4_main_reports_the_intended_mode(firmware: str, result: int) -> None:
+    """CURRENT_MODE comes since v1.15."""
+    gcs = GroundStation(firmware=firmware)
+    gcs.fly(3.0)
+    assert gcs.command(Cmd.SET_MESSAGE_INTERVAL, 436, 200_000) == [result]
+    assert gcs.command(Cmd.REQUEST_MESSAGE, 436) == [Result.DENIED if result else Result.ACCEPTED]
+    gcs.fly(1.0)
+    assert bool(gcs.messages("CURRENT_MODE")) is (result == 0)
+
+
 @pytest.mark.parametrize("firmware", ALL)
 def test_only_px4_main_answers_a_parameter_that_does_not_exist(firmware: str) -> None:
     gcs = GroundStation(firmware=firmware)
