@@ -59,6 +59,7 @@ _LAYOUTS: dict[str, tuple[int, str]] = {
     "navigator_mis_add_to_or_rm_land": (99, ""),
     "navigator_mis_approach_wp_below_land": (99, ""),
     "navigator_mis_first_wp_far": (100, "I"),
+    "navigator_mis_first_wp_too_far": (99, "II"),
     "navigator_mis_geofence_violation": (99, "h"),
     "navigator_mis_glide_slope_too_steep": (99, "BB"),
     "navigator_mis_invalid_land": (99, ""),

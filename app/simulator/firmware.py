@@ -38,6 +38,10 @@ class FirmwareProfile:
     """CURRENT_MODE, with the intended mode (since v1.15)."""
     shows_descend: bool
     """Descend has a sub mode of its own, 20 (PR 27918, July 2026); before, it shows as Land."""
+    judges_start: bool
+    """A first waypoint beyond MIS_DIST_1WP, and a takeoff that is not 1 m above NAV_ACC_RAD, are infeasible (up to
+    v1.15). Since then the one is warned of, and the other has to be above home.
+    """
     returns_round_fence: bool
     """A direct return is planned round the fence (since v1.19)."""
     command_timeout_param: str
@@ -73,6 +77,7 @@ PX4_MAIN = FirmwareProfile(
     signs=True,
     names_fence_limit=True,
     needs_all_inclusions=True,
+    judges_start=False,
     reports_current_mode=True,
     shows_descend=True,
     returns_round_fence=True,
@@ -94,6 +99,7 @@ PX4_1_14 = replace(
     signs=False,
     names_fence_limit=False,
     needs_all_inclusions=False,
+    judges_start=True,
     reports_current_mode=False,
     shows_descend=False,
     returns_round_fence=False,

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from app.simulator.airframe import Airframe
+from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.mission.geofence import Geofence
 from app.simulator.mission.item import LAND_COMMANDS, TAKEOFF_COMMANDS, Item
@@ -41,6 +42,7 @@ class FeasibilityInput:
     home: Home | None
     fence: Geofence
     landed: bool
+    profile: FirmwareProfile
 
 
 def problems(mission: FeasibilityInput) -> Iterator[Problem]:
@@ -51,6 +53,7 @@ def problems(mission: FeasibilityInput) -> Iterator[Problem]:
         yield Problem("navigator_mis_no_home_rel_alt")
         return
     yield from _commands(mission)
+    yield from _first_waypoint(mission)
     yield from _takeoff(mission)
     yield from _land_start(mission)
     yield from _required_items(mission)
@@ -80,13 +83,29 @@ def _commands(mission: FeasibilityInput) -> Iterator[Problem]:
         yield Problem("navigator_mis_starts_w_landing")
 
 
+def _first_waypoint(mission: FeasibilityInput) -> Iterator[Problem]:
+    """Up to v1.15; later versions only warn."""
+    distance_m, most_m = first_waypoint_m(mission), float(mission.params["MIS_DIST_1WP"])
+    if mission.profile.judges_start and distance_m >= most_m > 0.0:
+        text = f"First waypoint too far away: {distance_m:.0f}m, {most_m:.0f} max"
+        yield Problem("navigator_mis_first_wp_too_far", text, (distance_m, most_m))
+
+
 def _takeoff(mission: FeasibilityInput) -> Iterator[Problem]:
-    """A takeoff item has to come before every other position item and to lie above home."""
+    """A takeoff item has to come before every other position item and to lie above home, up to v1.15 so high that it is
+    not reached before the vehicle is 1 m in the air.
+    """
     assert mission.home is not None
     position_seen = False
+    least_m = float(mission.params["NAV_ACC_RAD"]) + 1.0 if mission.profile.judges_start else 0.0
     for item in mission.items:
         if item.command in TAKEOFF_COMMANDS:
-            if height_above_home_m(item, mission.home, mission.frame) <= 0.0:
+            height_m = height_above_home_m(item, mission.home, mission.frame)
+            if height_m < least_m:
+                yield Problem(
+                    "navigator_mis_takeoff_too_low", "Mission rejected: Takeoff altitude too low!", (least_m,)
+                )
+            elif height_m <= 0.0:
                 yield Problem("navigator_mis_takeoff_too_low")
             if position_seen:
                 yield Problem("navigator_mis_takeoff_not_first")

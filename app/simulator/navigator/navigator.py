@@ -206,10 +206,13 @@ class Navigator:
             home=context.state.status.home,
             fence=self._fence,
             landed=context.state.status.landed,
+            profile=context.profile,
         )
 
     def _warn_far_first_waypoint(self, mission: FeasibilityInput) -> None:
         """Said by an event only; the mission is flown all the same [14b_infeasible_more]."""
         distance_m = first_waypoint_m(mission)
+        if mission.profile.judges_start:
+            return
         if distance_m > float(self._context.params["MIS_DIST_1WP"]) > 0.0:
             self._context.event("navigator_mis_first_wp_far", distance_m)

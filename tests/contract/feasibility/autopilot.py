@@ -68,6 +68,7 @@ def refusals(
         home=Home(0.0, 0.0, 0.0),
         fence=Geofence(fence, frame, needs_all=profile.needs_all_inclusions),
         landed=landed,
+        profile=profile,
     )
     return found + [f"{problem.event} {problem.arguments}" for problem in problems(judged)]
 

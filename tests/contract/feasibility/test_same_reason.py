@@ -14,6 +14,7 @@ from app.domain.plan.compiler import compile_plan
 from app.domain.rules import check_plan
 from app.domain.validation.finding import Severity
 from app.domain.vehicle.state import InFlight, VehicleType
+from app.simulator.firmware import PX4_1_13, PX4_1_14, PX4_MAIN, FirmwareProfile
 from app.simulator.mission import feasibility
 from app.simulator.params import Value
 from tests.contract.feasibility.autopilot import facts_of, refusals
@@ -130,6 +131,16 @@ ROWS: list[Row] = [
         {"GF_MAX_VER_DIST": 50.0},
     ),
 ]
+OLD_ROWS: list[Row] = [
+    ("navigator_mis_takeoff_too_low", "takeoff.too_low", plan("multicopter", takeoff(10), waypoint(), RETURN), {}),
+    (
+        "navigator_mis_first_wp_too_far",
+        "limits.first_waypoint_too_far",
+        plan("rover", waypoint(200)),
+        {"MIS_DIST_1WP": 100.0},
+    ),
+]
+"""Infeasible up to v1.15."""
 NEVER_COMPILED = {
     "navigator_mis_no_home_rel_alt": "a run needs the vehicle's home before it compiles (vehicle.home_unknown)",
     "navigator_mis_invalid_land": "DO_LAND_START is written by the compiler alone, with its landing",
@@ -147,6 +158,18 @@ def test_a_plan_that_the_autopilot_rejects_is_rejected_before_for_the_same_reaso
     assert rule in {finding.code for finding in check_plan(bad, facts) if finding.severity is Severity.ERROR}
 
 
+@pytest.mark.parametrize(("event", "rule", "bad", "params"), OLD_ROWS)
+@pytest.mark.parametrize("profile", [PX4_MAIN, PX4_1_14, PX4_1_13], ids=lambda profile: profile.name)
+def test_what_older_firmware_alone_rejects_is_rejected_for_it_alone(
+    event: str, rule: str, bad: Plan, params: Mapping[str, Value], profile: FirmwareProfile
+) -> None:
+    facts = facts_of(bad.vehicle_type, params, profile)
+    told = [refusal.split()[0] for refusal in refusals(compile_plan(bad, facts), bad.vehicle_type, params, profile)]
+    is_old = profile is not PX4_MAIN
+    assert (event in told) == is_old
+    assert (rule in {finding.code for finding in check_plan(bad, facts)}) == is_old
+
+
 @pytest.mark.parametrize(("asked_speed_m_s", "is_refused"), [(None, True), (4.0, False)])
 def test_a_vtol_in_flight_is_sent_no_mission_that_starts_with_its_landing(
     asked_speed_m_s: float | None, is_refused: bool
@@ -162,7 +185,7 @@ def test_each_check_of_the_autopilot_has_its_plan_or_a_reason_why_there_is_none(
     tree = ast.parse(Path(feasibility.__file__).read_text(encoding="utf-8"))
     names = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     checks = {name for name in names if name.startswith("navigator_mis_")}
-    assert checks == {row[0] for row in ROWS} | set(NEVER_COMPILED)
+    assert checks == {row[0] for row in (*ROWS, *OLD_ROWS)} | set(NEVER_COMPILED)
 
 
 @pytest.mark.parametrize("good", [multicopter(waypoint()), vtol(waypoint()), fixed_wing(FAR)])

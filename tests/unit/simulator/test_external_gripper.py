@@ -106,14 +106,14 @@ def test_a_mission_releases_by_it_and_no_output_nor_ack_shows_that(gcs: GroundSt
 
 
 def test_px4_1_14_goes_on_by_its_ack() -> None:
-    gcs = GroundStation(firmware="px4-1.14", external_gripper=True, params={"MIS_PD_TO": 30.0})
+    gcs = GroundStation(firmware="px4-1.14", external_gripper=True, params={"MIS_PD_TO": 30.0, "NAV_ACC_RAD": 2.0})
     gcs.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
     gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
     assert gcs.until(lambda: gcs.vehicle.store.current_seq == 3) == pytest.approx(MOVING_S, abs=0.1)
 
 
 def test_px4_1_14_waits_its_full_time_after_a_failure() -> None:
-    gcs = GroundStation(firmware="px4-1.14", external_gripper=True, params={"MIS_PD_TO": 6.0})
+    gcs = GroundStation(firmware="px4-1.14", external_gripper=True, params={"MIS_PD_TO": 6.0, "NAV_ACC_RAD": 2.0})
     gcs.vehicle.faults.stuck_gripper = True
     gcs.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
     gcs.until(lambda: gcs.vehicle.store.current_seq == 2)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from app.simulator.airframe import AIRFRAMES
+from app.simulator.firmware import PROFILES
 from app.simulator.geo import LocalFrame
 from app.simulator.mission.feasibility import FeasibilityInput, first_waypoint_m, problems
 from app.simulator.mission.geofence import Geofence
@@ -33,7 +34,9 @@ def item_of(plan: Plan) -> Item:
     return Item(plan.command, frame, 1, *plan.params, x, y, plan.up_m)
 
 
-def checked(airframe: str, plans: list[Plan], fence: list[Plan] | None = None, **params: float) -> FeasibilityInput:
+def checked(
+    airframe: str, plans: list[Plan], fence: list[Plan] | None = None, firmware: str = "px4-main", **params: float
+) -> FeasibilityInput:
     """A mission of a vehicle that stands at home."""
     return FeasibilityInput(
         items=tuple(item_of(plan) for plan in plans),
@@ -43,6 +46,7 @@ def checked(airframe: str, plans: list[Plan], fence: list[Plan] | None = None, *
         home=HOME,
         fence=Geofence(tuple(item_of(plan) for plan in fence or ()), FRAME),
         landed=True,
+        profile=PROFILES[firmware],
     )
 
 
@@ -55,6 +59,20 @@ def found(mission: FeasibilityInput) -> list[str]:
 
 def test_without_a_home_nothing_is_feasible() -> None:
     assert found(replace(checked("quad", [TAKEOFF]), home=None)) == ["no_home_rel_alt"]
+
+
+@pytest.mark.parametrize(("up_m", "main", "old"), [(0.0, True, True), (10.9, False, True), (11.0, False, False)])
+def test_up_to_v1_15_a_takeoff_goes_1_m_above_the_acceptance_radius(up_m: float, main: bool, old: bool) -> None:
+    for firmware, too_low in (("px4-main", main), ("px4-1.14", old), ("px4-1.13", old)):
+        mission = checked("quad", [takeoff(up_m), waypoint(10, 0, 15)], firmware=firmware, NAV_ACC_RAD=10.0)
+        assert found(mission) == ["takeoff_too_low"] * too_low
+
+
+@pytest.mark.parametrize("limit_m", [100.0, 0.0])
+def test_up_to_v1_15_a_first_waypoint_beyond_mis_dist_1wp_is_infeasible(limit_m: float) -> None:
+    for firmware in PROFILES:
+        mission = checked("quad", [waypoint(101, 0, 15)], firmware=firmware, MIS_DIST_1WP=limit_m)
+        assert found(mission) == ["first_wp_too_far"] * (firmware != "px4-main" and limit_m > 0.0)
 
 
 @pytest.mark.parametrize("command", [Cmd.NAV_VTOL_TAKEOFF, Cmd.NAV_VTOL_LAND, Cmd.DO_VTOL_TRANSITION])

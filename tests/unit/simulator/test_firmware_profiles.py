@@ -63,7 +63,7 @@ def test_how_long_a_mission_stays_at_its_gripper_item(firmware: str, params: dic
 
 def test_an_ack_counts_for_its_own_item_alone() -> None:
     """The release's is no answer to the winch item behind it, which nobody answers."""
-    gcs = GroundStation(firmware="px4-1.14", params={"MIS_PD_TO": 4.0})
+    gcs = GroundStation(firmware="px4-1.14", params={"MIS_PD_TO": 4.0, "NAV_ACC_RAD": 2.0})
     gcs.start([takeoff(5), waypoint(10, 0, 5), RELEASE, do(Cmd.DO_WINCH, 1, 4), waypoint(10, 45, 5)])
     gcs.until(lambda: gcs.vehicle.store.current_seq == 3)
     assert gcs.until(lambda: gcs.vehicle.store.current_seq == 4) == pytest.approx(4.0, abs=0.1)
@@ -79,7 +79,7 @@ def test_px4_1_14_goes_on_at_once_when_the_gripper_is_open_already() -> None:
 
 @pytest.mark.parametrize(("winch", "waits_s"), [(True, 9.0), (False, 20.0)])
 def test_px4_1_14_waits_for_a_winch_too_in_vain_if_there_is_none(winch: bool, waits_s: float) -> None:
-    gcs = GroundStation(firmware="px4-1.14", winch=winch, params={"MIS_PD_TO": 20.0})
+    gcs = GroundStation(firmware="px4-1.14", winch=winch, params={"MIS_PD_TO": 20.0, "NAV_ACC_RAD": 2.0})
     gcs.start([takeoff(8), waypoint(15, 0, 8), do(Cmd.DO_WINCH, 1, 4), waypoint(15, 30, 8)])
     gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
     assert gcs.until(lambda: gcs.vehicle.store.current_seq == 3) == pytest.approx(waits_s, abs=1.0)
