@@ -39,6 +39,7 @@ from app.storage.refusals import TableRefusalStore
 from app.storage.relay import RecentCommits, SqliteRelayLog
 from app.storage.retention import SqliteRetentionStore
 from app.storage.schema import GATEWAY, TOKENS
+from app.storage.write_ahead_log import refuse_lost_commits
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +159,7 @@ def _make_current(path: Path) -> None:
         raise StorageError(
             f"journal {path}: {error.strerror or error}", hint="give the user that runs Waydrop write access to it"
         ) from error
+    refuse_lost_commits(path)
     migrate(path)
 
 
