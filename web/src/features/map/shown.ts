@@ -6,12 +6,12 @@ import { secondsSince } from "../../store/clock";
 import { panel, selectedRun, selectedVehicle, vehicleId } from "../../store/selection";
 import { vehicleIds, vehicles } from "../../store/store";
 import { goToArmed } from "../offboard/control-state";
-import { type PlanView, viewPlan } from "../plan/document";
+import type { PlanView } from "../plan/document";
 import { draftTimeline } from "../plan/draft";
 import { draftGeneration, draftView } from "../plan/draft-text";
 import { activeTool } from "../plan/map-editor";
 import { runTargets } from "../run/moving-targets";
-import { runPlan } from "../run/run-plan";
+import { runPlan, runPlanView } from "../run/run-plan";
 import { sightingIn, targetReports } from "../targets/reports";
 import type { ShownTarget } from "../targets/targets";
 import { taskKind, taskMayFollow } from "../tasks/task-draft";
@@ -32,9 +32,6 @@ export const shownPlan = computed<{
   const view = runPlanView.value;
   return run === null || view === null ? null : { key: run.id, view, run, timeline: runPlan.value?.timeline ?? null };
 });
-
-/** Read once: telemetry and the run's progress do not change it. */
-const runPlanView = computed(() => (runPlan.value === null ? null : viewPlan(runPlan.value.plan)));
 
 export const shownHome = computed(() =>
   homeOf(vehicles.value[vehicleId.value ?? vehicleIds.value[0] ?? ""] ?? null, shownPlan.value?.view ?? null),

@@ -7,7 +7,6 @@ import { hasRunEnded } from "../../store/runs";
 import { selectedRun } from "../../store/selection";
 import { feed, vehicles, world } from "../../store/store";
 import { Badge } from "../../ui/badge";
-import { viewPlan } from "../plan/document";
 import { sightingIn, targetReports } from "../targets/reports";
 import {
   describeFollowing,
@@ -17,7 +16,7 @@ import {
   type ShownTarget,
   type TargetFollower,
 } from "../targets/targets";
-import { runPlan } from "./run-plan";
+import { runPlanView } from "./run-plan";
 
 /** What the drops of this run follow. */
 export function MovingTargets({ vehicle }: { vehicle: string }) {
@@ -68,9 +67,9 @@ interface RunTarget extends ShownTarget {
 const wanted = computed<{ readonly run: Run; readonly followers: readonly TargetFollower[] } | null>(() => {
   const run = selectedRun.value;
   if (run === null || hasRunEnded(run)) return null;
-  const stored = runPlan.value;
+  const plan = runPlanView.value;
   const open = new Set(run.drops.filter(({ phase }) => phase !== "done").map((drop) => drop.plan_item_id));
-  const followers = stored === null ? [] : followersOf(viewPlan(stored.plan)).filter(({ dropId }) => open.has(dropId));
+  const followers = plan === null ? [] : followersOf(plan).filter(({ dropId }) => open.has(dropId));
   return { run, followers };
 });
 /** Whether a drop of the chosen run follows a target that is still to be met. */

@@ -8,14 +8,13 @@ import { capitalize, shortId } from "../../format/text";
 import { formatDuration, formatMoment, formatPercent, formatPosition } from "../../format/units";
 import { unknownRun } from "../../store/chosen-run";
 import { reportProblem } from "../../store/notices";
-import { planName, plansById } from "../../store/plans";
+import { planName } from "../../store/plans";
 import { flightDuration, hasRunEnded, newestRuns } from "../../store/runs";
 import { selectedRun, selectRun, showPanel, vehicleId } from "../../store/selection";
 import { runs, serviceSeconds, today } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { Icon } from "../../ui/icons";
 import { saveFile } from "../../ui/save-file";
-import { viewPlan } from "../plan/document";
 import { PlanItems } from "../plan/plan-items";
 import { itemProgress } from "../plan/progress";
 import { ConsentCard, consentRequests } from "./consent";
@@ -25,7 +24,7 @@ import { MovingTargets } from "./moving-targets";
 import { canStartTogether, OpenRuns } from "./open-runs";
 import { allowedActions, RunActions } from "./run-actions";
 import { RunComparison } from "./run-comparison";
-import { runPlan } from "./run-plan";
+import { runPlan, runPlanView } from "./run-plan";
 import { notableReason } from "./run-reason";
 import { RunSkip } from "./run-skip";
 import { TelemetryStrips } from "./telemetry-strips";
@@ -61,10 +60,10 @@ function Selected({ firstFlight }: { firstFlight: ComponentChildren }) {
       <RunActions
         key={run.id}
         run={run}
-        rallyPoints={rallyPoints(run)}
+        rallyPoints={runPlanView.value?.rallyPoints.length ?? 0}
         secondary={questions.length > 0 || canStartTogether.value}
       />
-      <SkipTo key={`skip ${run.id}`} run={run} />
+      {runPlanView.value !== null && <RunSkip key={`skip ${run.id}`} run={run} plan={runPlanView.value} />}
       {run.started_at !== null && run.ended_at === null && <TelemetryStrips vehicle={run.vehicle_id} />}
       <MovingTargets vehicle={run.vehicle_id} />
       {run.drops.length > 0 && (
@@ -91,17 +90,9 @@ function Selected({ firstFlight }: { firstFlight: ComponentChildren }) {
   );
 }
 
-/** How many the run's plan has; none while the plan is read. */
-function rallyPoints(run: Run): number {
-  const stored = plansById.value[run.plan_id];
-  return stored === undefined ? 0 : viewPlan(stored.plan).rallyPoints.length;
-}
-
 /** How far from its point the plan lets a parcel be released. */
 function allowedOffset(itemId: string): number | null {
-  const stored = runPlan.value;
-  const limit =
-    stored === null ? null : viewPlan(stored.plan).items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
+  const limit = runPlanView.value?.items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
   return typeof limit === "number" ? limit : null;
 }
 
@@ -204,22 +195,16 @@ function Upload({ value }: { value: number | null }) {
   );
 }
 
-function SkipTo({ run }: { run: Run }) {
-  const stored = plansById.value[run.plan_id];
-  return stored === undefined ? null : <RunSkip run={run} plan={viewPlan(stored.plan)} />;
-}
-
 function RunItems({ run }: { run: Run }) {
-  const stored = runPlan.value;
-  if (stored === null) return null;
-  const plan = viewPlan(stored.plan);
+  const plan = runPlanView.value;
+  if (plan === null) return null;
   return (
     <details class="run-items" open={!hasRunEnded(run)}>
       <summary>Items of the plan</summary>
       <PlanItems
         items={plan.items}
         findingsOf={() => []}
-        timeline={stored.timeline}
+        timeline={runPlan.value?.timeline ?? null}
         progress={itemProgress(plan, run)}
       />
     </details>

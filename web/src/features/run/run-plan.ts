@@ -7,6 +7,7 @@ import { computed, effect } from "@preact/signals";
 import type { StoredPlan } from "../../api/types";
 import { loadPlan, plansById } from "../../store/plans";
 import { selectedRun } from "../../store/selection";
+import { viewPlan } from "../plan/document";
 
 let before: { readonly run: string; readonly plan: StoredPlan } | null = null;
 
@@ -17,6 +18,9 @@ export const runPlan = computed<StoredPlan | null>(() => {
   if (plan !== undefined) before = { run: run.id, plan };
   return before?.run === run.id ? before.plan : null;
 });
+
+/** Read once: telemetry and the run's progress do not change it. */
+export const runPlanView = computed(() => (runPlan.value === null ? null : viewPlan(runPlan.value.plan)));
 
 const planId = computed(() => selectedRun.value?.plan_id ?? null);
 
