@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { EventKind, Run } from "../api/types";
 import { type EventFields, sampleDrop, sampleEvent, sampleRun, sampleVehicle } from "../testing/samples";
-import { applyEvent, EMPTY_WORLD, type World } from "./world";
+import { applyEvent, EMPTY_WORLD, reduce, type World } from "./world";
 
 const WORLD: World = { ...EMPTY_WORLD, vehicles: { v1: sampleVehicle() }, runs: { r1: sampleRun() } };
 
@@ -32,6 +32,13 @@ describe("events of a vehicle", () => {
       worldAfter("vehicle.quarantined", { reason: { code: "vehicle.two_clocks", params: {} } }).vehicles["v1"]
         ?.quarantined,
     ).toEqual({ code: "vehicle.two_clocks", params: {} });
+  });
+
+  it("are not undone by a list that was asked for before them", () => {
+    const reason = { code: "vehicle.two_clocks", params: {} } as const;
+    const told = worldAfter("vehicle.quarantined", { reason });
+    const late = reduce(told, { type: "vehicles_read", vehicles: [sampleVehicle(), sampleVehicle({ id: "v7" })] });
+    expect([late.vehicles["v1"]?.quarantined, Object.keys(late.vehicles)]).toEqual([reason, ["v1", "v7"]]);
   });
 
   it("complete what is known of it", () => {

@@ -93,7 +93,7 @@ export function reduce(world: World, action: Action): World {
     case "after_refused":
       return { ...world, gateway: null, seq: null, holeAfter: null, feed: [], ...ofOtherService(world) };
     case "vehicles_read":
-      return { ...world, vehicles: indexById(action.vehicles), listStale: false };
+      return onVehiclesRead(world, action.vehicles);
     case "run_read":
       return onRunRead(world, action.run);
     case "jobs_read":
@@ -181,6 +181,15 @@ function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
     else listStale = true;
   }
   return { ...world, vehicles, measuredAt: at, serviceAhead_s: frame.time - at / 1000, listStale };
+}
+
+/**
+ * The list is asked for what the stream cannot tell: who a new vehicle is. It may be older than what events have told
+ * of the others since then, as a quarantine; those were read with the snapshot that began the connection.
+ */
+function onVehiclesRead(world: World, list: readonly Vehicle[]): World {
+  const vehicles = indexById(list.map((read) => world.vehicles[read.id] ?? read));
+  return { ...world, vehicles, listStale: false };
 }
 
 /** An answer to a request may be older than what the stream has sent, which sends again what this leaves out. */
