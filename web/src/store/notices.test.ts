@@ -1,16 +1,23 @@
 import { beforeEach, expect, it } from "vitest";
-import { dismissOf, notices, reportProblem } from "./notices";
+import { commandVehicle, notices, reportProblem } from "./notices";
 
 const shown = () => notices.value.map(({ action }) => action);
 
 beforeEach(() => (notices.value = []));
 
-it("a command that succeeds takes the notices of its vehicle away, and no others", () => {
+it("a command that succeeds takes the notices of its vehicle away, and no others", async () => {
   reportProblem("Return v1", new Error("no answer"), "v1");
   reportProblem("Return v2", new Error("no answer"), "v2");
   reportProblem("Load the jobs", new Error("no answer"));
-  dismissOf("v1");
+  await commandVehicle("Hold v1", "v1", async () => undefined);
   expect(shown()).toEqual(["Return v2", "Load the jobs"]);
+});
+
+it("a refusal that came after a command was sent stays when that one succeeds", async () => {
+  reportProblem("Start v1", new Error("refused"), "v1");
+  const refused = () => commandVehicle("Return v1", "v1", () => Promise.reject(new Error("refused")));
+  await commandVehicle("Pause v1", "v1", refused);
+  expect(shown()).toEqual(["Return v1"]);
 });
 
 it("what is tried again and fails again is one notice, and only the newest are kept", () => {

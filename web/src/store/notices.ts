@@ -32,8 +32,14 @@ export function dismiss(id: number): void {
   notices.value = notices.value.filter((notice) => notice.id !== id);
 }
 
-/** A command to the vehicle succeeded: what failed before is no news any more. */
-export function dismissOf(vehicle: string): void {
-  if (notices.peek().some((notice) => notice.vehicle === vehicle))
-    notices.value = notices.peek().filter((notice) => notice.vehicle !== vehicle);
+/** Sends a command: its failure is a notice. If it succeeds, what failed before it was sent is no news any more. */
+export async function commandVehicle(action: string, vehicle: string, send: () => Promise<unknown>): Promise<void> {
+  const next = nextId;
+  try {
+    await send();
+    const isOld = (notice: Notice) => notice.vehicle === vehicle && notice.id < next;
+    if (notices.peek().some(isOld)) notices.value = notices.peek().filter((notice) => !isOld(notice));
+  } catch (error) {
+    reportProblem(action, error, vehicle);
+  }
 }

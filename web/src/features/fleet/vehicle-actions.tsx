@@ -1,6 +1,6 @@
 import { api, type VehicleCommand } from "../../api/client";
 import type { FlightMode, Vehicle } from "../../api/types";
-import { dismissOf, reportProblem } from "../../store/notices";
+import { commandVehicle, reportProblem } from "../../store/notices";
 import { hasRole, pilotNote } from "../../store/principal";
 import { live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
@@ -38,11 +38,7 @@ const VERBS: Record<VehicleCommand, string> = { hold: "Hold", return: "Return", 
 
 function VehicleAction({ vehicle, action }: { vehicle: string; action: VehicleCommand }) {
   const verb = VERBS[action];
-  const send = () =>
-    void api.vehicleAction(vehicle, action).then(
-      () => dismissOf(vehicle),
-      (error: unknown) => reportProblem(`${verb} ${vehicle}`, error, vehicle),
-    );
+  const send = () => void commandVehicle(`${verb} ${vehicle}`, vehicle, () => api.vehicleAction(vehicle, action));
   return (
     <HoldButton
       verb={verb}

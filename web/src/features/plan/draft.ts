@@ -5,7 +5,7 @@ import { api } from "../../api/client";
 import { type ProblemError, toProblem } from "../../api/problem";
 import type { Finding, Job, JobRequest, PlanDocument, Timeline, Wind } from "../../api/types";
 import { serviceNow } from "../../store/clock";
-import { dismissOf, reportProblem } from "../../store/notices";
+import { commandVehicle, reportProblem } from "../../store/notices";
 import { cachePlan, loadStoredPlans } from "../../store/plans";
 import { attention, selectRun, vehicleId } from "../../store/selection";
 import { dispatch, feed, live, world } from "../../store/store";
@@ -135,17 +135,13 @@ export async function uploadDraft(vehicle: string): Promise<void> {
   if (plan === null || sendingPlan.value) return;
   const isWatched = attention();
   sendingPlan.value = true;
-  try {
+  await commandVehicle(`Upload to ${vehicle}`, vehicle, async () => {
     const run = await api.createRun(await ensureStored(plan), vehicle, false, air);
     dispatch({ type: "run_read", run });
     uploadedRun.value = run.id;
     if (isWatched()) selectRun(run.id);
-    dismissOf(vehicle);
-  } catch (error) {
-    reportProblem(`Upload to ${vehicle}`, error, vehicle);
-  } finally {
-    sendingPlan.value = false;
-  }
+  });
+  sendingPlan.value = false;
 }
 
 /** Order a job of the draft, stored first unless it is, in the typed wind. Null if it was refused, which is told. */

@@ -5,7 +5,7 @@ import type { ConsentRecord, DropRecord, Run } from "../../api/types";
 import { formatAltitude, formatDistance, formatPercent, formatSpeed } from "../../format/units";
 import { serviceNow } from "../../store/clock";
 import { isHeard } from "../../store/link-loss";
-import { dismissOf, reportProblem } from "../../store/notices";
+import { commandVehicle } from "../../store/notices";
 import { hasRole } from "../../store/principal";
 import { hasRunEnded } from "../../store/runs";
 import { panel, selectedRun, selectRun, showView, view } from "../../store/selection";
@@ -27,18 +27,11 @@ export function ConsentCard({ question: { run, drop, consent }, first }: { quest
   const disabled = busy || !live.value || left_s === 0 || !hasRole("pilot");
   const answer = async (grant: boolean) => {
     setBusy(true);
-    try {
-      dispatch({ type: "run_read", run: await api.answerConsent(run.id, drop.plan_item_id, grant, consent.question) });
-      dismissOf(run.vehicle_id);
-    } catch (error) {
-      reportProblem(
-        `${grant ? "Consent to" : "Refuse"} ${drop.plan_item_id} of ${run.vehicle_id}`,
-        error,
-        run.vehicle_id,
-      );
-    } finally {
-      setBusy(false);
-    }
+    const action = `${grant ? "Consent to" : "Refuse"} ${drop.plan_item_id} of ${run.vehicle_id}`;
+    await commandVehicle(action, run.vehicle_id, async () =>
+      dispatch({ type: "run_read", run: await api.answerConsent(run.id, drop.plan_item_id, grant, consent.question) }),
+    );
+    setBusy(false);
   };
   return (
     <section class="consent-card tone-drop" aria-label={`${run.vehicle_id} asks for consent to ${drop.plan_item_id}`}>

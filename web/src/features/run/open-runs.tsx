@@ -3,7 +3,7 @@ import { api } from "../../api/client";
 import type { Run } from "../../api/types";
 import { runStateLabel, runStateTone } from "../../format/labels";
 import { countOf } from "../../format/text";
-import { dismissOf, reportProblem } from "../../store/notices";
+import { commandVehicle } from "../../store/notices";
 import { planName } from "../../store/plans";
 import { hasRunEnded, newestRuns } from "../../store/runs";
 import { selectedRun, selectRun } from "../../store/selection";
@@ -99,11 +99,8 @@ function OpenRun({ run }: { run: Run }) {
 }
 
 /** One that is refused keeps no other on the ground. */
-async function start(run: Run): Promise<void> {
-  try {
-    dispatch({ type: "run_read", run: await api.runAction(run.id, "start") });
-    dismissOf(run.vehicle_id);
-  } catch (error) {
-    reportProblem(`Start ${run.vehicle_id}`, error, run.vehicle_id);
-  }
+function start(run: Run): Promise<void> {
+  return commandVehicle(`Start ${run.vehicle_id}`, run.vehicle_id, async () =>
+    dispatch({ type: "run_read", run: await api.runAction(run.id, "start") }),
+  );
 }

@@ -3,7 +3,7 @@ import { api, type VehicleCommand } from "../../api/client";
 import { toProblem } from "../../api/problem";
 import type { Run, RunAction, RunState } from "../../api/types";
 import type { Tone } from "../../format/labels";
-import { dismissOf, reportProblem } from "../../store/notices";
+import { commandVehicle } from "../../store/notices";
 import { hasRole, pilotNote } from "../../store/principal";
 import { dispatch, live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
@@ -34,14 +34,8 @@ export function RunActionButton({ run, action, primary = false }: ActionProps) {
   const [verb, tone] = VERBS[action];
   const send = async () => {
     setBusy(true);
-    try {
-      await command(run, action);
-      dismissOf(run.vehicle_id);
-    } catch (error) {
-      reportProblem(`${verb} ${run.vehicle_id}`, error, run.vehicle_id);
-    } finally {
-      setBusy(false);
-    }
+    await commandVehicle(`${verb} ${run.vehicle_id}`, run.vehicle_id, () => command(run, action));
+    setBusy(false);
   };
   return (
     <HoldButton
