@@ -15,12 +15,15 @@ export function hasRole(role: Role): boolean {
 }
 
 export function watchPrincipal(): void {
+  let asked = 0;
   effect(() => {
+    asked += 1; // an answer to an earlier connection may be about another token
     if (!live.value) return;
-    api
-      .principal()
-      .then((known) => (principal.value = known))
-      .catch(() => (principal.value = null)); // a refusal is shown where the action is
+    const question = asked;
+    const take = (known: Principal | null) => {
+      if (question === asked) principal.value = known;
+    };
+    api.principal().then(take, () => take(null)); // a refusal is shown where the action is
   });
 }
 

@@ -5,6 +5,7 @@ import { api } from "../api/client";
 import { StreamConnection } from "../api/stream";
 import { readToken, storeToken } from "../api/token";
 import { reportProblem } from "./notices";
+import { principal } from "./principal";
 import { dispatch, journalName, lastSeq, live, receiveFrame, status, world } from "./store";
 
 /** Counts how often a token was asked for: the dialog opens each time, also after somebody closed it. */
@@ -44,9 +45,11 @@ export function askForToken(): void {
 
 export function enterToken(token: string): void {
   storeToken(token);
+  principal.value = null; // the roles were the other token's
   connection.open();
 }
 
+const READ_AGAIN_MS = 5_000;
 let reading = false;
 
 function readVehicles(): void {
@@ -55,6 +58,9 @@ function readVehicles(): void {
   api
     .vehicles()
     .then((vehicles) => dispatch({ type: "vehicles_read", vehicles }))
-    .catch((error: unknown) => reportProblem("Load the fleet", error))
+    .catch(async (error: unknown) => {
+      reportProblem("Load the fleet", error);
+      await new Promise((later) => setTimeout(later, READ_AGAIN_MS)); // frames come several times a second
+    })
     .finally(() => (reading = false));
 }
