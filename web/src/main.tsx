@@ -24,7 +24,7 @@ import { startClock } from "./store/clock";
 import { watchPlanNames } from "./store/plans";
 import { applyTheme, persistUnits } from "./store/preferences";
 import { watchPrincipal } from "./store/principal";
-import { startSync } from "./store/sync";
+import { reopen, startSync } from "./store/sync";
 
 const root = document.getElementById("app");
 if (root === null) throw new Error("index.html has no #app");
@@ -33,7 +33,7 @@ applyTheme();
 persistUnits();
 persistWind();
 syncAddress();
-startClock();
+startClock(reopen);
 persistDraft();
 watchDraft();
 watchEditor();

@@ -163,6 +163,16 @@ describe("a connection", () => {
     connection.wake();
     expect(FakeSocket.all.length).toBe(2);
   });
+
+  it("gives up what is open when the computer has slept, but asks for no token again", () => {
+    const connection = open();
+    last().send(SNAPSHOT);
+    connection.wake(true);
+    expect([FakeSocket.all.map(({ closed }) => closed), statuses.at(-1)?.kind]).toEqual([[true, false], "connecting"]);
+    last().onclose?.({ code: 4401, reason: "" });
+    connection.wake(true);
+    expect([FakeSocket.all.length, statuses.at(-1)?.kind]).toEqual([2, "token_needed"]);
+  });
 });
 
 it("the waits double, stay under ten seconds and are never zero", () => {

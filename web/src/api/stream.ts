@@ -51,8 +51,8 @@ export class StreamConnection {
   }
 
   /** Open now instead of at the next retry: the network is back, or the page is visible again. */
-  wake(): void {
-    if (this.#socket === null && this.#timer !== undefined) this.open();
+  wake(anew = false): void {
+    if (this.#timer !== undefined && (anew || this.#socket === null)) this.open();
   }
 
   #url(): string {

@@ -3,13 +3,24 @@
 import { signal } from "@preact/signals";
 
 const TICK_MS = 250;
+/** More than a busy page's timers are late by. */
+const SLEPT_MS = 2_000;
 
 /** performance.now() at the last tick. It does not jump when the computer's clock is set. */
 export const now = signal(performance.now());
 
-export function startClock(): void {
+/**
+ * `onWake`: several systems stop performance.now() while they sleep, and what the page shows looks fresh then. A clock
+ * that is set forward looks the same.
+ */
+export function startClock(onWake: () => void): void {
+  let ahead = Date.now() - performance.now();
   setInterval(() => {
-    if (!document.hidden) now.value = performance.now();
+    if (document.hidden) return;
+    now.value = performance.now();
+    const before = ahead;
+    ahead = Date.now() - now.value;
+    if (ahead - before > SLEPT_MS) onWake();
   }, TICK_MS);
 }
 

@@ -39,6 +39,11 @@ export function retryNow(): void {
   connection.open();
 }
 
+/** The computer slept: the connection is dead, whatever it looks like. */
+export function reopen(): void {
+  connection.wake(true);
+}
+
 export function askForToken(): void {
   tokenAsked.value += 1;
 }
