@@ -13,8 +13,10 @@ import pytest
 
 from app.api import ApiServices
 from app.api.stream import session
+from app.domain.errors import StorageError
 from app.services.fleet import Fleet
 from app.services.views import VehicleView
+from tests.api.broken_parts import BrokenDisk
 from tests.support.listener import listen, record
 from tests.support.service_in_process import SETTINGS, Service, run_service
 from tests.support.socket_limits import sockets_open
@@ -53,6 +55,20 @@ async def test_telemetry_comes_by_itself_and_is_not_an_event(service: Service) -
         await client.frame("telemetry")
         service.links[0].change(heading_deg=123.0)
         while (await client.frame("telemetry"))["vehicles"]["v1"]["heading_deg"] != 123.0:
+            pass
+
+
+async def test_telemetry_says_whether_events_are_recorded(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    async with listen(service) as client:
+        assert (await client.frame("telemetry"))["recording"]
+        with monkeypatch.context() as full_disk:
+            full_disk.setattr(service.storage.events, "append", BrokenDisk().append)
+            with pytest.raises(StorageError):
+                await record(service, 1)
+            while (await client.frame("telemetry"))["recording"]:
+                pass
+        await record(service, 1)
+        while not (await client.frame("telemetry"))["recording"]:
             pass
 
 

@@ -50,10 +50,15 @@ class EventFrame(BaseModel):
 
 
 class TelemetryFrame(BaseModel):
-    """The newest state of vehicles, by ID. A slow client receives fewer of these, but never outdated ones."""
+    """The newest state of vehicles, by ID. A slow client receives fewer of these, but never outdated ones.
+
+    `recording`: whether events can be stored. If not, runs, drops and jobs are as they were before: what changed since
+    comes once it is stored.
+    """
 
     type: Literal["telemetry"] = "telemetry"
     time: float
+    recording: bool
     vehicles: dict[str, StateView]
 
 

@@ -55,18 +55,19 @@ class Tick:
     """The state of each vehicle, at one tick. The frame is built once for all sockets that send it."""
 
     time: float
+    recording: bool
     states: Mapping[str, StateView]
 
     @cached_property
     def frame(self) -> bytes:
-        head = b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":'
-        return text_frame(head + _STATES.dump_json(dict(self.states)) + b"}")
+        head = b'{"type":"telemetry","time":' + to_json(self.time) + b',"recording":' + to_json(self.recording)
+        return text_frame(head + b',"vehicles":' + _STATES.dump_json(dict(self.states)) + b"}")
 
     def over(self, older: Tick) -> Tick:
         """Merge an older tick that was never sent into this one."""
         if older.states.keys() <= self.states.keys():
             return self
-        return Tick(self.time, {**older.states, **self.states})
+        return Tick(self.time, self.recording, {**older.states, **self.states})
 
 
 @dataclass(frozen=True)
@@ -280,7 +281,8 @@ class Broadcast:
             await asyncio.sleep(self._telemetry_period_s)
             if not self._outboxes:
                 continue
-            tick = Tick(self._clock.now(), {vehicle.id: vehicle.state for vehicle in self._fleet.vehicles()})
+            states = {vehicle.id: vehicle.state for vehicle in self._fleet.vehicles()}
+            tick = Tick(self._clock.now(), self._journal.healthy, states)
             self._send_pending()  # an event is never later than the telemetry after it
             for outbox in self._outboxes:
                 outbox.send_tick(tick)

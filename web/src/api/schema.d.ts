@@ -8093,6 +8093,9 @@ export interface components {
         /**
          * TelemetryFrame
          * @description The newest state of vehicles, by ID. A slow client receives fewer of these, but never outdated ones.
+         *
+         *     `recording`: whether events can be stored. If not, runs, drops and jobs are as they were before: what changed since
+         *     comes once it is stored.
          */
         TelemetryFrame: {
             /**
@@ -8103,6 +8106,8 @@ export interface components {
             type: "telemetry";
             /** Time */
             time: number;
+            /** Recording */
+            recording: boolean;
             /** Vehicles */
             vehicles: {
                 [key: string]: components["schemas"]["StateView"];

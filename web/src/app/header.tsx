@@ -73,21 +73,7 @@ function ConnectionState() {
   const old = shown === null ? null : secondsSince(shown);
   switch (current.kind) {
     case "live":
-      return (
-        <p class={`connection ${old !== null && old > 2 ? "slow" : "live"}`} role="status">
-          <i />
-          {old !== null && old > 2 ? (
-            <span>
-              No data<Counted> for {formatAge(old)}</Counted>
-            </span>
-          ) : (
-            "Live"
-          )}
-          {world.value.gateway !== null && (
-            <small title="Id of this service in events and clusters">{world.value.gateway}</small>
-          )}
-        </p>
-      );
+      return <LiveState old={old} />;
     case "connecting":
       return (
         <p class={`connection ${shown === null ? "" : "lost"}`} role="status">
@@ -127,4 +113,28 @@ function ConnectionState() {
         </p>
       );
   }
+}
+
+const NOT_RECORDED =
+  "The service cannot store events. What happens to runs, drops and jobs is shown once it is stored. Vehicles are current.";
+
+/** What of that which is shown is not current, though the stream is open. */
+function LiveState({ old }: { old: number | null }) {
+  const { gateway, recording } = world.value;
+  const isOld = old !== null && old > 2;
+  return (
+    <p class={`connection ${isOld || !recording ? "slow" : "live"}`} role="status">
+      <i />
+      {isOld ? (
+        <span>
+          No data<Counted> for {formatAge(old)}</Counted>
+        </span>
+      ) : recording ? (
+        "Live"
+      ) : (
+        <span title={NOT_RECORDED}>Runs, drops and jobs are not current</span>
+      )}
+      {gateway !== null && <small title="Id of this service in events and clusters">{gateway}</small>}
+    </p>
+  );
 }

@@ -17,6 +17,7 @@ const event = (seq: number): StreamFrame => ({
 const telemetry = (time: number): StreamFrame => ({
   type: "telemetry",
   time,
+  recording: true,
   vehicles: { v10: sampleState({ latitude_deg: 47 + time / 1000, relative_altitude_m: time }) },
 });
 

@@ -33,7 +33,7 @@ it("a list of the fleet that cannot be read is asked for again after some second
   live();
   const frames = async (count: number) => {
     for (let i = 0; i < count; i++) {
-      receiveFrame({ type: "telemetry", time: i, vehicles: { v9: sampleState() } });
+      receiveFrame({ type: "telemetry", time: i, recording: true, vehicles: { v9: sampleState() } });
       await vi.advanceTimersByTimeAsync(250);
     }
     return vehicles.mock.calls.length;

@@ -140,6 +140,7 @@ describe("telemetry", () => {
     const world = take(caughtUp(1), {
       type: "telemetry",
       time: 9,
+      recording: true,
       vehicles: { v1: sampleState({ battery_percent: 12 }) },
     });
     expect([world.vehicles["v1"]?.state.battery_percent, world.measuredAt]).toEqual([12, 5]);
@@ -148,11 +149,19 @@ describe("telemetry", () => {
   it("keeps the page's idea of the service's clock right, which the greeting began", () => {
     const greeted = take(EMPTY_WORLD, { type: "hello", gateway: "gw1", first_seq: 1, seq: 0, server_time: 1_000 });
     expect(greeted.serviceAhead_s).toBeCloseTo(999.995);
-    expect(take(greeted, { type: "telemetry", time: 1_060, vehicles: {} }).serviceAhead_s).toBeCloseTo(1_059.995);
+    expect(take(greeted, { type: "telemetry", time: 1_060, recording: true, vehicles: {} }).serviceAhead_s).toBeCloseTo(
+      1_059.995,
+    );
+  });
+
+  it("says whether what it does not carry is current: runs, drops and jobs come by events", () => {
+    const frame = { type: "telemetry", time: 9, vehicles: {} } as const;
+    const stuck = take(caughtUp(1), { ...frame, recording: false });
+    expect([stuck.recording, take(stuck, { ...frame, recording: true }).recording]).toEqual([false, true]);
   });
 
   it("of an unknown vehicle asks for the list and invents nothing", () => {
-    const world = take(caughtUp(1), { type: "telemetry", time: 9, vehicles: { v9: sampleState() } });
+    const world = take(caughtUp(1), { type: "telemetry", time: 9, recording: true, vehicles: { v9: sampleState() } });
     expect([world.listStale, "v9" in world.vehicles]).toEqual([true, false]);
     const read = reduce(world, { type: "vehicles_read", vehicles: [sampleVehicle({ id: "v9" })] });
     expect([read.listStale, Object.keys(read.vehicles)]).toEqual([false, ["v9"]]);

@@ -44,6 +44,8 @@ export interface World {
   readonly feed: readonly StreamEvent[];
   /** The page's own clock (ms) when the vehicles' states were last measured; null before. */
   readonly measuredAt: number | null;
+  /** Whether the service stores events: if not, runs, drops and jobs are as they were before, whatever happens. */
+  readonly recording: boolean;
   /** The service's Unix time less the page's own clock, both in seconds; null before the first hello. */
   readonly serviceAhead_s: number | null;
   /** The stream must be opened again at once, after `seq`. */
@@ -64,6 +66,7 @@ export const EMPTY_WORLD: World = {
   jobQueues: {},
   feed: [],
   measuredAt: null,
+  recording: true,
   serviceAhead_s: null,
   resync: false,
   holeAfter: null,
@@ -180,7 +183,8 @@ function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
     if (known) vehicles[id] = { ...known, state };
     else listStale = true;
   }
-  return { ...world, vehicles, measuredAt: at, serviceAhead_s: frame.time - at / 1000, listStale };
+  const { recording, time } = frame;
+  return { ...world, vehicles, measuredAt: at, recording, serviceAhead_s: time - at / 1000, listStale };
 }
 
 /**
