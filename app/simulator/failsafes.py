@@ -163,6 +163,8 @@ HEARTBEAT_TIMEOUT_S = 2.4
 LINK_LOSS_ACTIONS = {1: Mode.LOITER, 2: Mode.RTL, 3: Mode.LAND}
 TERMINATE, DISARM = 5, 6
 """The motors stop at once: these actions are neither delayed nor can anybody take over."""
+CAUSE_GCS = 2
+"""failsafe_cause_t."""
 LEFT_ALONE = frozenset({Mode.RTL, Mode.LAND, Mode.DESCEND})
 
 
@@ -220,6 +222,7 @@ class LinkLossFailsafe:
             action = LINK_LOSS_ACTIONS.get(self._params.integer("NAV_DLL_ACT"))
             if action is not None and self._status.armed and self._status.mode is Mode.LOITER:
                 self._text(Severity.CRITICAL, "Failsafe activated")
+                self._event("commander_failsafe_enter", self._commander.intended, NUMBERS[action], CAUSE_GCS)
                 self._commander.force_mode(action)
 
     @property
@@ -241,7 +244,7 @@ class LinkLossFailsafe:
         if not acts or not self._status.armed or self._status.landed or self._status.mode in LEFT_ALONE:
             return
         self._text(Severity.CRITICAL, "Failsafe activated")
-        self._event("commander_failsafe_enter_hold", Mode.MISSION, 6, 5, 2)
+        self._event("commander_failsafe_enter_hold", Mode.MISSION, 6, 5, CAUSE_GCS)
         self._commander.force_mode(Mode.LOITER)
         self._act_at_s = self._clock.now_s + float(self._params["COM_FAIL_ACT_T"])
 

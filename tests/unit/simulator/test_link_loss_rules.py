@@ -61,6 +61,7 @@ def test_the_loss_and_the_hold_are_said_once_and_the_action_when_it_comes() -> N
     air.run(link.step, 4.8)
     assert air.said == [ACTIVATED]
     air.run(link.step, 20.0)
+    said.append(("commander_failsafe_enter", Mode.MISSION, 6, 2))
     assert (air.said, air.events, air.flown) == ([ACTIVATED] * 2, said, (Mode.RTL, True))
 
 
