@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 from app.domain.autopilot import Quantity, quantity
 from app.domain.plan.compiler import STOP_RADIUS_M
@@ -38,6 +39,7 @@ class Fall:
         return math.hypot(*self.moved)
 
 
+@lru_cache(maxsize=1024)  # the rules predict a plan several times, with the same drops
 def fall(height_m: float, velocity_m_s: Point, wind: Wind = CALM, terminal_m_s: float = TERMINAL_M_S) -> Fall:
     """From `height_m` to the height of home; quadratic drag against air that moves with the wind at all heights."""
     if height_m <= 0.0:
@@ -65,9 +67,9 @@ def _after(start: State, rate: State, seconds: float) -> State:
 
 def _pull(velocity: State, air: State, terminal_m_s: float) -> State:
     """Gravity, and drag that grows with the square of the speed through the air."""
-    through = (velocity[0] - air[0], velocity[1] - air[1], velocity[2] - air[2])
-    drag = GRAVITY_M_S2 * math.sqrt(sum(part * part for part in through)) / terminal_m_s**2
-    return (-drag * through[0], -drag * through[1], GRAVITY_M_S2 - drag * through[2])
+    east, north, down = velocity[0] - air[0], velocity[1] - air[1], velocity[2] - air[2]
+    drag = GRAVITY_M_S2 * math.sqrt(east * east + north * north + down * down) / terminal_m_s**2
+    return (-drag * east, -drag * north, GRAVITY_M_S2 - drag * down)
 
 
 _CIRCLING = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
