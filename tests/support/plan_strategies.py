@@ -92,20 +92,19 @@ _CORNERS = st.lists(_PLACE, min_size=3, max_size=6)
 _RANDOM_POLYGON = _CORNERS.map(lambda corners: {"kind": "exclusion", "vertices": corners})
 _FENCE = st.fixed_dictionaries({"polygons": st.lists(_SQUARE | _RANDOM_POLYGON, max_size=3)})
 VEHICLE_TYPES = st.sampled_from([vehicle_type.value for vehicle_type in VehicleType])
+_ITEMS = st.lists(ITEM, min_size=1, max_size=8)
+_MORE = st.fixed_dictionaries(
+    {"geofence": _FENCE, "cruise_speed_m_s": st.none() | st.floats(1, 30)},
+    optional={"home": _MAYBE, "limits": st.just({"max_duration_s": 60})},
+)
 
 
 @st.composite
 def plan_documents(draw: st.DrawFn) -> Json:
     """JSON that is a plan, of any sense; about half begin as a plan should."""
     first = [takeoff(15, **at(160, 0))] if draw(st.booleans()) else []
-    items = first + draw(st.lists(ITEM, min_size=1, max_size=8))
-    more = draw(
-        st.fixed_dictionaries(
-            {"geofence": _FENCE, "cruise_speed_m_s": st.none() | st.floats(1, 30)},
-            optional={"home": _MAYBE, "limits": st.just({"max_duration_s": 60})},
-        )
-    )
-    return plan_json(draw(VEHICLE_TYPES), *items, **more)
+    items = first + draw(_ITEMS)
+    return plan_json(draw(VEHICLE_TYPES), *items, **draw(_MORE))
 
 
 PLANS: st.SearchStrategy[Plan] = plan_documents().map(parse_plan)
@@ -115,7 +114,7 @@ PLANS: st.SearchStrategy[Plan] = plan_documents().map(parse_plan)
 def sensible_plans(draw: st.DrawFn) -> Plan:
     """Plans most of which pass the rules: for laws about plans that are accepted."""
     vehicle_type = draw(VEHICLE_TYPES)
-    stops = draw(st.lists(st.tuples(_NEARBY, st.sampled_from(_STOPS[vehicle_type])), min_size=1, max_size=5))
+    stops = draw(_STOPS[vehicle_type])
     items: list[Json] = []
     action = "release"
     for place, kind in stops:
@@ -139,13 +138,19 @@ def sensible_plans(draw: st.DrawFn) -> Plan:
 
 
 _HOVERING = ["pass", "stopped", "moving", "loiter_stopped", "landed"]
-_STOPS = {
+_CIRCLING = ["pass", "moving", "loiter_moving"]
+_KINDS_OF_STOPS = {
     "multicopter": _HOVERING,
     "vtol": _HOVERING,
-    "fixed_wing": ["pass", "moving", "loiter_moving"],
-    "airship": ["pass", "moving", "loiter_moving"],
+    "fixed_wing": _CIRCLING,
+    "airship": _CIRCLING,
     "rover": ["pass", "delayed", "moving"],
 }
+_STOPS = {
+    vehicle_type: st.lists(st.tuples(_NEARBY, st.sampled_from(kinds)), min_size=1, max_size=5)
+    for vehicle_type, kinds in _KINDS_OF_STOPS.items()
+}
+_STOPPED_MODES = st.sampled_from([None, "supervised", "embedded"])
 
 
 def _stop(kind: str, place: Json, draw: st.DrawFn) -> list[Json]:
@@ -158,7 +163,7 @@ def _stop(kind: str, place: Json, draw: st.DrawFn) -> list[Json]:
     if kind == "pass":
         return [position]
     moving = kind.endswith("moving")
-    mode = "embedded" if moving else draw(st.sampled_from([None, "supervised", "embedded"]))
+    mode = "embedded" if moving else draw(_STOPPED_MODES)
     drop = {"type": "gripper", "action": "release", "release_motion": "moving" if moving else "stopped", "mode": mode}
     if not moving and kind != "landed" and mode != "embedded" and draw(st.booleans()):
         drop["alternate"] = {**draw(_NEARBY), "relative_altitude_m": 40}
