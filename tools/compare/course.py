@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from app.simulator.geo import LocalFrame
 from tools.compare.alignment import Alignment, Verdict, align, late, pair_up
@@ -151,7 +152,7 @@ def _apart(ours: Leg, theirs: Leg) -> Iterator[str]:
 
 def _nearest(points: Sequence[Point], others: Sequence[Point]) -> Iterator[tuple[Point, Point]]:
     for point in points:
-        yield point, min(others, key=lambda other: math.dist(point, other))
+        yield point, min(others, key=partial(math.dist, point))
 
 
 # HOME_POSITION: that it comes, where it is, and where and when it moves to.

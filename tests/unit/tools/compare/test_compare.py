@@ -38,6 +38,7 @@ def flown(scenario: str) -> Dialogue:
     return Replay(trace(scenario)).run()
 
 
+@cache
 def judged(
     scenario: str, change: Callable[[ReceivedMessage], ReceivedMessage | None] = lambda received: received
 ) -> Judgement:
