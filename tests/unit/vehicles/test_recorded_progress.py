@@ -49,7 +49,8 @@ class Flight:
 def flights(path: Path) -> Iterator[Flight]:
     """Each mission that was flown in Mission mode, as it was uploaded last."""
     with gzip.open(path, "rt") as lines:
-        header, *rows = map(json.loads, lines)
+        header = json.loads(next(lines))
+        rows = [json.loads(line) for line in lines if "MISSION_" in line or "HEARTBEAT" in line]
     items: dict[int, dict[str, Any]] = {}
     uploads: dict[int, dict[int, dict[str, Any]]] = {}
     told: dict[int, list[Told]] = {}
