@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.support.cluster_servers import PostgresDatabases, held_port, nats_server, postgres_databases
+from tests.support.forked_service import ForkedService
 from tests.support.service_process import ServiceProcess
 from tests.support.simulated import SimulatedFleet
 from tools.cluster_servers import NatsServer
@@ -50,12 +51,12 @@ def running_cluster(
             fleets[site] = stack.enter_context(fleet)
             port = stack.enter_context(held_port())
             own = {"WAYDROP_SITE": site, "WAYDROP_GATEWAY_URL": f"http://127.0.0.1:{port}"}
-            gateway = ServiceProcess(folder / site, fleet.connections, part="gateway", port=port, **own, **shared)
+            gateway = ForkedService(folder / site, fleet.connections, part="gateway", port=port, **own, **shared)
             gateways[site] = stack.enter_context(gateway)
         own = {"WAYDROP_POSTGRES_URL": url, "WAYDROP_SECRET_KEY_FILE": str(folder / "secret.key"), **of_nodes}
         found = []
         for number in range(nodes):
             port = stack.enter_context(held_port())
-            node = ServiceProcess(folder / f"api-{number}", (), part="api", port=port, **own, **shared)
+            node = ForkedService(folder / f"api-{number}", (), part="api", port=port, **own, **shared)
             found.append(stack.enter_context(node))
         yield Cluster(nats, databases, gateways, fleets, tuple(found), url, shared)

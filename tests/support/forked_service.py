@@ -19,6 +19,7 @@ IMPORTED: Final = [
     "app.application",
     "app.cli.main",
     "app.cli.serve",
+    "app.cluster_application",
     "mavsdk",
     "tests.support.forked_service",
 ]
