@@ -1,4 +1,4 @@
-"""NATS and PostgreSQL for this folder."""
+"""NATS for this folder."""
 
 from __future__ import annotations
 
@@ -6,15 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.support.cluster_servers import PostgresDatabases, nats_server, postgres_databases
+from tests.support.cluster_servers import nats_server
 from tools.cluster_servers import NatsServer
-
-
-@pytest.fixture(scope="package")
-def databases() -> Iterator[PostgresDatabases]:
-    """A PostgreSQL server."""
-    with postgres_databases() as server:
-        yield server
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from typing import Protocol
@@ -23,7 +23,7 @@ from app.domain.ports.stores import (
 from app.domain.webhooks.webhook import WebhookStore
 from app.storage import open_storage
 from app.storage.postgres import open_cluster_storage
-from tests.support.cluster_servers import PostgresDatabases, postgres_databases
+from tests.support.cluster_servers import PostgresDatabases
 
 
 class Stores(Protocol):
@@ -64,13 +64,6 @@ ADAPTERS: dict[str, Callable[[Path, pytest.FixtureRequest], Opener]] = {
 def _postgres(folder: Path, databases: PostgresDatabases) -> Opener:
     url = databases.with_tables()
     return lambda: open_cluster_storage(url, key_file=folder / "secret.key")
-
-
-@pytest.fixture(scope="session")
-def databases() -> Iterator[PostgresDatabases]:
-    """A PostgreSQL server."""
-    with postgres_databases() as server:
-        yield server
 
 
 @pytest.fixture(params=sorted(ADAPTERS))
