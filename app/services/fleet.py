@@ -52,6 +52,7 @@ class FleetVehicle:
     quarantined: Reason | None = None
     run_id: str | None = None
     unsubscribe: Unsubscribe = field(default=lambda: None)
+    recorded: events.VehicleChanged | None = None
     _offboard: OffboardObserver | None = None
 
     def own(self, run_id: str) -> None:
@@ -369,7 +370,9 @@ class Fleet:
             is_terminated=state.is_terminated,
             vtol_state=state.vtol_state,
         )
-        self.record(vehicle, changed)
+        if changed != vehicle.recorded:  # the link tells of changes that the event does not have
+            vehicle.recorded = changed
+            self.record(vehicle, changed)
 
     def _on_quarantine(self, vehicle: FleetVehicle, fact: QuarantineChange) -> None:
         match fact:

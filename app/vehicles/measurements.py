@@ -64,6 +64,9 @@ class Measurements:
     intended_mode: FlightMode | None = None
     before_descent: FlightMode | None = None
     """The mode that was asked for last, apart from those that bring it down: PX4 goes back to it when it disarms."""
+    tells_intended_mode: bool = False
+    is_unattributed: bool = False
+    """HEARTBEAT shows a new mode during a warning: whose it is, CURRENT_MODE tells soon."""
     in_failsafe: bool = False
     is_critical: bool = False
     is_terminated: bool = False
@@ -89,13 +92,15 @@ class Measurements:
         """HEARTBEAT: mode, armed, failsafe."""
         self.steadiness.heartbeat(message, received_s)
         old, before = self.heartbeat, (self.mode, self.in_failsafe, self.is_critical, self.is_terminated)
+        was_warned = self.is_critical and not self.in_failsafe
         self.heartbeat, self.heartbeat_s = message, received_s
-        self.mode = flight_mode(message.custom_mode, self.heartbeat)
+        mode_before, self.mode = self.mode, flight_mode(message.custom_mode, self.heartbeat)
         self.is_terminated = message.system_status == _TERMINATED
         self.is_critical = message.system_status == _CRITICAL
-        flies_as_intended = self.mode is self.intended_mode  # no failsafe acts then: it warns, as of a low battery
-        self.in_failsafe = self.is_terminated or (self.is_critical and not flies_as_intended)
-        if not self.in_failsafe:
+        self.is_unattributed = was_warned and self.tells_intended_mode and self.mode is not mode_before
+        chosen = self.mode is not self.intended_mode  # else no failsafe acts: it warns, as of a low battery
+        self.in_failsafe = self.is_terminated or (self.is_critical and chosen and not self.is_unattributed)
+        if not (self.in_failsafe or self.is_unattributed):
             self._intend(self.mode)
         self._time_failsafe(received_s)
         same = (
@@ -114,9 +119,11 @@ class Measurements:
         before, was_in_failsafe = self.mode, self.in_failsafe
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
         if message.intended_custom_mode:  # 0 is "not known"
+            self.tells_intended_mode = True
             self._intend(flight_mode(message.intended_custom_mode, self.heartbeat))
             chosen = message.custom_mode != message.intended_custom_mode
-            if self.mode is not before or not chosen:
+            if self.mode is not before or not chosen or self.is_unattributed:
+                self.is_unattributed = False
                 is_by_failsafe = chosen and self.mode is not FlightMode.OTHER  # which a mode executor shows as its own
                 self.in_failsafe = self.is_terminated or is_by_failsafe
         self._time_failsafe(received_s)

@@ -29,8 +29,12 @@ async def test_a_blind_descent_above_home_is_no_landing_at_home(tmp_path: Path, 
         simulated.control("gps_loss", True)
         shown = await until(state, lambda it: it["mode"] == "descend", "it must come down blindly", 60.0)
         assert shown["in_failsafe"]
-        run = await dispatcher.get(f"/runs/{run_id}")
-        assert (run["state"], run["reason"]["code"]) == ("returning", "run.failsafe_mode")
+
+        async def told() -> tuple[str, str | None]:
+            run = await dispatcher.get(f"/runs/{run_id}")
+            return run["state"], run["reason"] and run["reason"]["code"]
+
+        await until(told, lambda it: it == ("returning", "run.failsafe_mode"), "the run must say so", 20.0)
         ended = await dispatcher.until_over(run_id, 120.0)
         assert (ended["state"], ended["reason"]["code"]) == ("failed", "run.landed_elsewhere")
         assert ended["reason"]["cause"]["code"] == "run.failsafe_mode"

@@ -57,6 +57,7 @@ def running_cluster(
         found = []
         for number in range(nodes):
             port = stack.enter_context(held_port())
-            node = ForkedService(folder / f"api-{number}", (), part="api", port=port, **own, **shared)
+            start = ForkedService if number else ServiceProcess  # one as users start it: all of it is imported
+            node = start(folder / f"api-{number}", (), part="api", port=port, **own, **shared)
             found.append(stack.enter_context(node))
         yield Cluster(nats, databases, gateways, fleets, tuple(found), url, shared)

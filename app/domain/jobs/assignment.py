@@ -81,7 +81,9 @@ def _reasons(vehicle: VehicleReadiness) -> Iterator[Refusal]:
         message = f"it is not known to be on the ground (landed: {state.landed.value})"
         yield _refusal(VehicleRefusal.NOT_LANDED, message, "wait until it has landed")
     if state.may_be_in_failsafe:
-        yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe", "resolve the cause of the failsafe")
+        yield _refusal(
+            VehicleRefusal.IN_FAILSAFE, "it is, or may be, in a failsafe", "resolve the cause of the failsafe"
+        )
     if vehicle.stopped is not None:
         yield _queue_stopped(vehicle.stopped)
 

@@ -142,11 +142,9 @@ def who_acts(state: VehicleState) -> Reason | None:
     """Return who else controls a vehicle that was left in Hold; None if nobody does. An unknown mode counts as
     nobody.
     """
-    if state.may_be_in_failsafe:
-        return Reason.of(ReasonCode.OFFBOARD_FAILSAFE)
-    if state.mode not in (FlightMode.HOLD, None):
+    if state.mode not in (FlightMode.HOLD, None) and not state.in_failsafe:
         return Reason.of(ReasonCode.OFFBOARD_MODE_BY_OTHERS, mode=state.mode.value)
-    return None
+    return Reason.of(ReasonCode.OFFBOARD_FAILSAFE) if state.may_be_in_failsafe else None
 
 
 def ended_by(

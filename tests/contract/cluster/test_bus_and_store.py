@@ -242,8 +242,10 @@ async def test_nats_that_loses_its_store_and_postgres_that_crashes_lose_and_doub
             await asyncio.to_thread(nats.start)
             before = journal.last_seq
             await until(lambda: stored(cluster), lambda seqs: len(seqs) > before, "after the loss", SOON_S)
-            await asyncio.to_thread(databases.server.stop_immediately)
-            await asyncio.to_thread(databases.server.start)
+            try:
+                await asyncio.to_thread(databases.server.stop_immediately)
+            finally:  # other files have it, too
+                await asyncio.to_thread(databases.server.start)
             before = journal.last_seq
             await until(lambda: stored(cluster), lambda seqs: len(seqs) > before, "after the crash", SOON_S)
         finally:

@@ -56,13 +56,13 @@ async def test_facts_tell_the_version_and_leave_out_what_it_does_not_know(link: 
 
 async def test_without_an_intended_mode_a_warning_is_told_from_a_failsafe_that_acts() -> None:
     """Before v1.15 HEARTBEAT alone says CRITICAL, for both."""
-    with SimulatedFleet("quad", speed=4.0, firmware="px4-1.14", params="COM_LOW_BAT_ACT=3") as fleet:
+    with SimulatedFleet("quad", speed=4.0, firmware="px4-1.14", params="COM_LOW_BAT_ACT=3,COM_FAIL_ACT_T=15") as fleet:
         async with opened_link(fleet.connections) as link:
             await flying(link, mission(4, north_m=800))
             fleet.control("battery_percent", 12.0)
             await until(lambda: link.state().is_critical, "the warning must show", 20.0)
             assert (link.state().mode, link.state().in_failsafe) == (FlightMode.MISSION, False)
-            fleet.control("battery_percent", 6.0)
+            fleet.control("battery_percent", 6.9)
             await until(lambda: link.state().mode is FlightMode.HOLD, "it must hold before it returns", 20.0)
             assert link.state().in_failsafe
             await until(lambda: link.state().mode is FlightMode.RETURN, "it must return", 20.0)

@@ -124,9 +124,6 @@ def test_a_termination_is_told_by_heartbeat_alone_and_no_other_message_ends_it()
     assert not measurements.state(102.0, connected=True).is_terminated, "the kill switch was set back"
 
 
-MISSION = 4 << 16 | 4 << 24
-
-
 @pytest.mark.parametrize("mode", [MISSION, HOLD, RETURN])
 def test_a_mere_warning_in_the_mode_that_was_asked_for_is_no_failsafe(mode: int) -> None:
     """A low battery alone would keep every parcel on board otherwise: PX4 says CRITICAL for it, too."""
@@ -152,3 +149,18 @@ def test_a_failsafe_that_follows_its_warning_is_one() -> None:
     assert measurements.state(101.6, connected=True).in_failsafe, "it holds before it acts"
     measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 102.0)
     assert measurements.state(102.1, connected=True).in_failsafe
+
+
+def test_whose_a_mode_is_that_a_heartbeat_shows_during_a_warning_tells_the_next_current_mode() -> None:
+    """A Return by another station would be the failsafe's otherwise, in the run's reason until its end."""
+    for intended, is_by_failsafe in ((RETURN, False), (MISSION, True)):
+        measurements = Measurements()
+        measurements.take_heartbeat(heartbeat(MISSION), 100.0)
+        measurements.take_mode(CurrentMode(MISSION, MISSION), 100.1)
+        measurements.take_heartbeat(heartbeat(MISSION, failsafe=True), 101.0)
+        measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 102.0)
+        assert not measurements.state(102.0, connected=True).in_failsafe
+        measurements.take_mode(CurrentMode(RETURN, intended), 102.1)
+        assert measurements.state(102.1, connected=True).in_failsafe is is_by_failsafe
+        measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 103.0)
+        assert measurements.state(103.0, connected=True).in_failsafe is is_by_failsafe
