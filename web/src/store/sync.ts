@@ -6,7 +6,7 @@ import { StreamConnection } from "../api/stream";
 import { readToken, storeToken } from "../api/token";
 import { reportProblem } from "./notices";
 import { principal } from "./principal";
-import { dispatch, journalName, lastSeq, live, receiveFrame, status, world } from "./store";
+import { dispatch, journalName, lastSeq, live, receiveFrame, status, vehicles, world } from "./store";
 
 /** Counts how often a token was asked for: the dialog opens each time, also after somebody closed it. */
 export const tokenAsked = signal(0);
@@ -60,9 +60,10 @@ let reading = false;
 function readVehicles(): void {
   if (reading) return;
   reading = true;
+  const asked = vehicles.peek();
   api
     .vehicles()
-    .then((vehicles) => dispatch({ type: "vehicles_read", vehicles }))
+    .then((read) => dispatch({ type: "vehicles_read", vehicles: read, asked }))
     .catch(async (error: unknown) => {
       reportProblem("Load the fleet", error);
       await new Promise((later) => setTimeout(later, READ_AGAIN_MS)); // frames come several times a second

@@ -37,8 +37,12 @@ describe("events of a vehicle", () => {
   it("are not undone by a list that was asked for before them", () => {
     const reason = { code: "vehicle.two_clocks", params: {} } as const;
     const told = worldAfter("vehicle.quarantined", { reason });
-    const late = reduce(told, { type: "vehicles_read", vehicles: [sampleVehicle(), sampleVehicle({ id: "v7" })] });
-    expect([late.vehicles["v1"]?.quarantined, Object.keys(late.vehicles)]).toEqual([reason, ["v1", "v7"]]);
+    const list = [sampleVehicle({ firmware: "1.19.0" }), sampleVehicle({ id: "v7" })];
+    const late = reduce(told, { type: "vehicles_read", vehicles: list, asked: WORLD.vehicles });
+    expect(late.vehicles["v1"]).toMatchObject({ quarantined: reason, firmware: "1.19.0" });
+    expect(Object.keys(late.vehicles)).toEqual(["v1", "v7"]);
+    const healed = reduce(late, { type: "vehicles_read", vehicles: list, asked: late.vehicles });
+    expect(healed.vehicles["v1"]?.quarantined).toBeNull();
   });
 
   it("complete what is known of it", () => {

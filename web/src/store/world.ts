@@ -77,7 +77,12 @@ export type Action =
   | { readonly type: "frame"; readonly frame: StreamFrame; readonly at: number }
   | { readonly type: "opened" }
   | { readonly type: "after_refused" }
-  | { readonly type: "vehicles_read"; readonly vehicles: readonly Vehicle[] }
+  | {
+      readonly type: "vehicles_read";
+      readonly vehicles: readonly Vehicle[];
+      /** Those that were known when it was asked for. */
+      readonly asked?: World["vehicles"];
+    }
   | { readonly type: "run_read"; readonly run: Run }
   | {
       readonly type: "jobs_read";
@@ -96,7 +101,7 @@ export function reduce(world: World, action: Action): World {
     case "after_refused":
       return { ...world, gateway: null, seq: null, holeAfter: null, feed: [], ...ofOtherService(world) };
     case "vehicles_read":
-      return onVehiclesRead(world, action.vehicles);
+      return onVehiclesRead(world, action);
     case "run_read":
       return onRunRead(world, action.run);
     case "jobs_read":
@@ -187,13 +192,16 @@ function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
   return { ...world, vehicles, measuredAt: at, recording, serviceAhead_s: time - at / 1000, listStale };
 }
 
-/**
- * The list is asked for what the stream cannot tell: who a new vehicle is. It may be older than what events have told
- * of the others since then, as a quarantine; those were read with the snapshot that began the connection.
- */
-function onVehiclesRead(world: World, list: readonly Vehicle[]): World {
-  const vehicles = indexById(list.map((read) => world.vehicles[read.id] ?? read));
-  return { ...world, vehicles, listStale: false };
+/** An answer may be older than what the stream has told since it was asked for, as of a quarantine. */
+function onVehiclesRead(world: World, { vehicles, asked = world.vehicles }: ActionOf<"vehicles_read">): World {
+  const read = vehicles.map((vehicle) => ({ ...vehicle, ...changes(asked[vehicle.id], world.vehicles[vehicle.id]) }));
+  return { ...world, vehicles: indexById(read), listStale: false };
+}
+
+/** The fields that are not what they were. */
+function changes<T extends object>(before: T | undefined, now: T | undefined): Partial<T> {
+  const changed = Object.entries(now ?? {}).filter(([name, value]) => value !== before?.[name as keyof T]);
+  return Object.fromEntries(changed) as Partial<T>;
 }
 
 /** An answer to a request may be older than what the stream has sent, which sends again what this leaves out. */
