@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -69,6 +70,45 @@ def inputs(draw: st.DrawFn) -> list[FlightInput]:
         now_s += draw(ELAPSED_S)
         observed = Observation(state(draw), now_s, BEGAN_AT + now_s - BEGAN_S)
         given.append(draw(KINDS)(draw, observed))
+    return given
+
+
+CHANGES = st.sampled_from(
+    [
+        *[{}] * 12,
+        {"gripper_output_us": 1000},
+        {"connected": False},
+        {"mode": FlightMode.HOLD},
+        {"in_failsafe": True},
+        {"armed": False},
+        {"position_age_s": 9.0},
+        {"velocity_north_m_s": 9.0},
+        {"mission_seq": 3},
+    ]
+)
+FIRST = (0, DROP.plan_item_id, 1)
+ACCEPTED = CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED)
+ANSWERS: st.SearchStrategy[Callable[[st.DrawFn, Observation], FlightInput]] = st.sampled_from(
+    [
+        *[lambda _, observed: Observed(observed)] * 4,
+        lambda _, observed: ReleaseAcknowledged(observed, *FIRST, ACCEPTED),
+        lambda draw, observed: ReleaseAcknowledged(observed, *about(draw), draw(ACKS)),
+        lambda draw, observed: ReleaseUnanswered(observed, *about(draw)),
+        lambda draw, observed: ReleaseNotSent(observed, *about(draw)),
+    ]
+)
+
+
+@st.composite
+def inputs_after(draw: st.DrawFn, seen: Observation) -> list[FlightInput]:
+    """As `inputs`, from there on: the vehicle mostly stays as it was, and its clock goes on."""
+    assert seen.state.boot_time_s is not None
+    since_s, given = 0.0, []
+    for _ in range(draw(st.integers(1, 40))):
+        since_s += draw(ELAPSED_S)
+        now = replace(seen.state, boot_time_s=seen.state.boot_time_s + since_s, **draw(CHANGES))
+        observed = Observation(now, seen.now_s + since_s, seen.time_s + since_s)
+        given.append(draw(draw(st.sampled_from([ANSWERS, ANSWERS, KINDS])))(draw, observed))
     return given
 
 
