@@ -256,9 +256,7 @@ class Measurements:
             clock=self.clock,
             boot_time_s=None if place is None else place.time_boot_ms / 1e3,
             gnss_fix=None if gnss is None or gnss.fix_type >= len(_FIX) else _FIX[gnss.fix_type],
-            gnss_satellites=None
-            if gnss is None or gnss.satellites_visible == _SATELLITES_UNKNOWN
-            else gnss.satellites_visible,
+            gnss_satellites=None if gnss is None else _known(gnss.satellites_visible, _SATELLITES_UNKNOWN),
             gnss_hdop=None if gnss is None or gnss.eph == _HDOP_UNKNOWN else gnss.eph / 1e2,
             has_gripper_output=self.has_gripper_output,
             gripper_output_us=self.gripper.us,
@@ -277,6 +275,10 @@ def mission_state(message: MissionCurrentReport) -> MissionState:
 
 def _word(words: tuple[LandedState, ...], number: int) -> LandedState:
     return words[number] if number < len(words) else LandedState.UNDEFINED
+
+
+def _known(value: int, unknown: int) -> int | None:
+    return None if value == unknown else value
 
 
 def _age(at_s: float | None, now_s: float) -> float | None:
