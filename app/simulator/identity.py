@@ -15,13 +15,13 @@ class Identity:
     """Fixed for the life of the vehicle; a duplicate system id still has another uid (`salt`)."""
 
     def __init__(self, profile: FirmwareProfile, seed: int, system_id: int, salt: str = "") -> None:
-        self._profile = profile
+        self.profile = profile
         digest = hashlib.sha256(f"waydrop-sim {seed} {system_id} {salt}".encode()).digest()
         self.uid = int.from_bytes(digest[:8], "little") >> 1
         self._uid2 = digest[:18]
 
     def autopilot_version(self) -> Message:
-        profile = self._profile
+        profile = self.profile
         git_hash = list(reversed(profile.git_hash))
         return mavlink.MAVLink_autopilot_version_message(
             CAPABILITIES,

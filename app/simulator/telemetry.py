@@ -9,7 +9,6 @@ from app.simulator.airframe import Airframe
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import VehicleFaults
-from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.identity import Identity
 from app.simulator.payload import Outputs
@@ -46,7 +45,6 @@ class Telemetry:
         faults: VehicleFaults,
         identity: Identity,
         outputs: Outputs,
-        profile: FirmwareProfile,
     ) -> None:
         self._state = state
         self._airframe = airframe
@@ -55,7 +53,6 @@ class Telemetry:
         self._faults = faults
         self._identity = identity
         self._outputs = outputs
-        self._profile = profile
         self.builders: dict[int, Callable[[], Message | None]] = {
             0: self.heartbeat,
             1: self.sys_status,
@@ -73,7 +70,7 @@ class Telemetry:
             300: identity.protocol_version,
             360: self.orbit_execution_status,
         }
-        if profile.reports_current_mode:
+        if identity.profile.reports_current_mode:
             self.builders[436] = self.current_mode
 
     def by_id(self, message_id: int) -> Message | None:
@@ -100,7 +97,7 @@ class Telemetry:
     @property
     def _shown_mode(self) -> Mode:
         mode = self._state.status.shown_mode
-        return mode if mode is not Mode.DESCEND or self._profile.shows_descend else Mode.LAND
+        return mode if mode is not Mode.DESCEND or self._identity.profile.shows_descend else Mode.LAND
 
     def sys_status(self) -> Message:
         healthy = SENSORS_HEALTHY & ~SENSOR_GPS if self._faults.gps_lost else SENSORS_HEALTHY

@@ -164,9 +164,7 @@ class Vehicle:
             },
         )
         self.identity = Identity(spec.profile, spec.seed, self.system_id, spec.salt)
-        telemetry = Telemetry(
-            state, spec.airframe, spec.frame, self.clock, self.faults, self.identity, self._outputs, spec.profile
-        )
+        telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity, self._outputs)
         self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates])
         payload_commands = PayloadCommands(self._payload)
         self._commands = CommandLink(
