@@ -43,7 +43,7 @@ class ModeChecks:
         if mode is Mode.MISSION:
             return self._mission.valid and self._status.position_valid
         if mode is Mode.OFFBOARD:
-            return self._offboard.lives and (self._offboard.flies_blind or self._status.position_valid)
+            return self._offboard.is_seen and (self._offboard.flies_blind or self._status.position_valid)
         return self._status.position_valid or mode in WITHOUT_POSITION
 
     def may_arm(self, mode: Mode) -> bool:

@@ -137,9 +137,7 @@ class Vehicle:
         self.battery = Battery(state.status, self.params, actions[0], self.radio.text)
         self._link_loss = LinkLossFailsafe(state.status, self.params, self.clock, self.commander, output)
         self._position_loss = PositionLossFailsafe(state.status, self.faults, self.clock, self.commander, output)
-        self._offboard_loss = OffboardLossFailsafe(
-            state.status, self.params, self.commander, self._offboard, output, self.clock
-        )
+        self._offboard_loss = OffboardLossFailsafe(state.status, self.params, self.commander, self._offboard, output)
         self._geofence_breach = GeofenceBreach(
             state, self.params, self.clock, actions[1], lambda: self._navigator.fence_in_force, self._hold.hold_at,
             output, spec.profile.names_fence_limit,
@@ -252,6 +250,7 @@ class Vehicle:
             self.mission.result.seq_current = 0
             self.boot()
         self.clock.advance()
+        self._offboard.step()
         self._commands.step()
         self._navigator.step()
         self._internal.step()

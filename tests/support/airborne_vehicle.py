@@ -16,7 +16,7 @@ from app.simulator.mission.store import MissionStore, plan_of
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.gimbal import Command
 from app.simulator.navigator.mission_mode import MissionResult
-from app.simulator.offboard.receiver import OffboardStream, OffboardTarget
+from app.simulator.offboard.receiver import CHECK_S, OffboardStream, OffboardTarget
 from app.simulator.params import Params, Value
 from app.simulator.state import Home, LandDetected, VehicleState
 from app.simulator.wire import Mode, Severity, VtolState
@@ -77,10 +77,15 @@ class Airborne:
         self.status.land = LandDetected(ground_contact=landed, maybe_landed=landed, landed=landed)
 
     def stream_attitude(self) -> None:
-        self.offboard.receive(OffboardTarget(thrust=0.5))
+        self._stream(OffboardTarget(thrust=0.5))
 
     def stream_position(self) -> None:
-        self.offboard.receive(OffboardTarget(position=(0.0, 0.0, 10.0)))
+        self._stream(OffboardTarget(position=(0.0, 0.0, 10.0)))
+
+    def _stream(self, target: OffboardTarget) -> None:
+        """Until the next check of the stream has seen it."""
+        self.offboard.receive(target)
+        self.run(self.offboard.step, CHECK_S)
 
     def upload(self, plans: Sequence[Plan], mission_type: int = 0) -> None:
         items = []

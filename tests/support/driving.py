@@ -30,6 +30,17 @@ async def until(condition: Callable[[], bool], promise: str, within_s: float) ->
         await asyncio.sleep(0.01)
 
 
+STREAMED_S = 1.0
+"""Of the vehicle's time: PX4 looks ten times a second whether there is a stream."""
+
+
+async def streamed_enough(link: VehicleLink) -> None:
+    """OFFBOARD may be asked for."""
+    began_s = link.state().boot_time_s
+    assert began_s is not None
+    await until(lambda: (link.state().boot_time_s or 0.0) > began_s + STREAMED_S, "its clock must go on", 20.0)
+
+
 class ReceivedFacts:
     """The facts of one link, in order."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from app.simulator.clock import VehicleClock
 from app.simulator.commander import Commander, StatusOutput
 from app.simulator.offboard.receiver import OffboardStream
 from app.simulator.params import Params
@@ -12,10 +11,6 @@ from app.simulator.wire import Mode, Severity
 ACTIONS = {0: Mode.POSCTL, 1: Mode.ALTCTL, 2: Mode.STABILIZED, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.LOITER}
 """COM_OBL_RC_ACT. With nobody at the sticks the first three hold here."""
 TERMINATE, DISARM = 6, 7
-CHECK_S = 0.1
-"""The commander's checks run at 10 Hz: a lost stream, or one that is back, is seen that late. A changed action is
-followed at once [18_offboard_quad, 20_offboard_plane].
-"""
 EVENT_NUMBERS = {0: 2, 1: 3, 2: 4, 3: 6, 4: 7, 5: 5, 6: 10, 7: 9}
 """COM_OBL_RC_ACT to failsafe_action_t, the event's second argument; hold and return are recorded."""
 
@@ -30,9 +25,7 @@ class OffboardLossFailsafe:
         commander: Commander,
         stream: OffboardStream,
         output: StatusOutput,
-        clock: VehicleClock,
     ) -> None:
-        self._clock = clock
         self._status = status
         self._params = params
         self._commander = commander
@@ -40,24 +33,21 @@ class OffboardLossFailsafe:
         self._text, self._event = output
         self._lost = False
         self._action = 0
-        self._due_s = 0.0
 
     def boot(self) -> None:
         """Power-up."""
         self._lost = False
-        self._due_s = 0.0
 
     def step(self) -> None:
-        """One cycle. Only somebody who still intends OFFBOARD is concerned."""
+        """One cycle. Only somebody who still intends OFFBOARD is concerned. A changed action is followed at once
+        [18_offboard_quad, 20_offboard_plane].
+        """
         if not self._status.armed or self._commander.intended is not Mode.OFFBOARD:
             self._lost = False
             return
         if self._lost and self._params.integer("COM_OBL_RC_ACT") != self._action:
             self._act()
-        if self._clock.now_s < self._due_s:
-            return
-        self._due_s = self._clock.now_s + CHECK_S
-        available = self._stream.lives and (self._stream.flies_blind or self._status.position_valid)
+        available = self._stream.is_seen and (self._stream.flies_blind or self._status.position_valid)
         if self._lost and available:
             self._lost = False
             self._commander.resume(Mode.OFFBOARD)

@@ -36,6 +36,10 @@ class OffboardTarget:
         return self.thrust is not None
 
 
+CHECK_S = 0.1
+"""The commander's checks run at 10 Hz: a stream, or its loss, is seen that late."""
+
+
 class OffboardStream:
     """Proof of life: the newest valid setpoint is younger than COM_OF_LOSS_T, whatever the rate.
 
@@ -45,14 +49,22 @@ class OffboardStream:
     def __init__(self, params: Params, clock: VehicleClock) -> None:
         self._params = params
         self._clock = clock
-        self._heard_at_s: float | None = None
-        self.newest: OffboardTarget | None = None
         clock.on_speed(self._change_speed)
+        self.boot()
 
     def boot(self) -> None:
         """Power-up: nothing was heard."""
-        self._heard_at_s = None
-        self.newest = None
+        self._heard_at_s: float | None = None
+        self.newest: OffboardTarget | None = None
+        self.is_seen = False
+        """By the last check."""
+        self._due_s = CHECK_S
+
+    def step(self) -> None:
+        """One cycle."""
+        if self._clock.now_s >= self._due_s:
+            self._due_s = self._clock.now_s + CHECK_S
+            self.is_seen = self._lives
 
     def receive(self, target: OffboardTarget) -> None:
         """A setpoint that was accepted."""
@@ -74,8 +86,7 @@ class OffboardStream:
         return self.newest is not None and self.newest.is_attitude
 
     @property
-    def lives(self) -> bool:
-        """Whether OFFBOARD can be flown now."""
+    def _lives(self) -> bool:
         if self.too_fast or self._heard_at_s is None:
             return False
         return self._clock.now_s - self._heard_at_s <= float(self._params["COM_OF_LOSS_T"])

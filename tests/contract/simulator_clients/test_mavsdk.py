@@ -237,6 +237,17 @@ def test_in_the_air_it_is_not_disarmed(flying: Action, telemetry: Telemetry) -> 
 # offboard ---------------------------------------------------------------------------------------------------
 
 
+def starts(offboard: Offboard) -> bool:
+    """PX4 looks ten times a second whether there is a stream, and denies the mode until it has seen it."""
+    try:
+        offboard.start()
+    except OffboardError as error:
+        if error.result is not OffboardResult.COMMAND_DENIED:
+            raise
+        return False
+    return True
+
+
 def test_offboard_streams_are_followed_until_they_are_stopped(
     system: System, flying: Action, telemetry: Telemetry
 ) -> None:
@@ -245,7 +256,7 @@ def test_offboard_streams_are_followed_until_they_are_stopped(
         offboard.start()
     assert nothing.value.result is OffboardResult.NO_SETPOINT_SET
     offboard.set_position_ned(PositionNedYaw(15.0, 0.0, -12.0, 0.0))
-    offboard.start()
+    until(lambda: starts(offboard), "the stream must be seen")
     assert offboard.is_active()
     until(near(telemetry, 15.0, 0.0), "the position must be followed")
     assert telemetry.flight_mode() is FlightMode.OFFBOARD

@@ -23,7 +23,7 @@ from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import command
 from app.vehicles.encoders import SetpointOut
 from tests.contract.vehicles.listening_vehicle import ListeningVehicle, listening_vehicle
-from tests.support.driving import armed, opened_link, until
+from tests.support.driving import armed, opened_link, streamed_enough, until
 from tests.support.setpoint_examples import example, follower
 from tests.support.simulated import SimulatedFleet
 
@@ -136,8 +136,8 @@ async def test_a_vehicle_enters_follows_and_holds_by_itself_when_the_stream_stop
             await link.enter_offboard()
         assert refused.value.extra["texts"], "without a stream the vehicle says why"
         north = encode(example("velocity_ned", north_m_s=3.0, east_m_s=0.0, down_m_s=0.0), follower())
-        link.send_setpoint(north)
         stream = asyncio.create_task(streamed(link, north))
+        await streamed_enough(link)
         await link.enter_offboard()
         await until(lambda: (link.state().velocity_north_m_s or 0.0) > 1.0, "it must fly north", 20.0)
         stream.cancel()

@@ -15,7 +15,7 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
 from app.vehicles.command_sender import command
-from tests.support.driving import armed, opened, until
+from tests.support.driving import armed, opened, streamed_enough, until
 from tests.support.setpoint_examples import example, follower
 from tests.support.simulated import SimulatedFleet
 
@@ -38,9 +38,9 @@ async def offboard(link: VehicleLink, message: SetpointMessage) -> AsyncIterator
             link.send_setpoint(message)
             await asyncio.sleep(RATE_S)
 
-    link.send_setpoint(message)
     task = asyncio.create_task(stream())
     try:
+        await streamed_enough(link)
         await link.enter_offboard()
         yield
         assert link.state().mode is FlightMode.OFFBOARD

@@ -79,6 +79,7 @@ def test_offboard_alone_is_refused_where_time_runs_too_fast_for_it(armed: bool) 
     assert (air.said, air.status.mode) == (["Offboard refused: simulated at 12.5x, limit 4x"], Mode.LOITER)
     assert air.commander.set_mode(Mode.MISSION) is Result.ACCEPTED
     air.clock.change_speed(4.0)
+    air.stream_position()
     assert (air.commander.set_mode(Mode.OFFBOARD), air.status.mode) == (Result.ACCEPTED, Mode.OFFBOARD)
 
 

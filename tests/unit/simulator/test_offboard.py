@@ -162,8 +162,23 @@ def test_in_the_air_one_setpoint_is_enough_to_enter_and_none_is_not() -> None:
     sender.gcs.fly(3.0)
     assert sender.gcs.set_mode(Mode.OFFBOARD) == [Result.TEMPORARILY_REJECTED]
     assert sender.gcs.texts()[-1] == "Switching to Offboard is currently not available"
-    sender.stream(0.05)
+    sender.gcs.send(sender.message)
+    sender.gcs.fly(0.1)  # until the next check
     assert sender.gcs.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+
+
+def test_a_stream_is_seen_by_the_next_of_ten_checks_a_second() -> None:
+    """OFFBOARD was accepted 50 ms after the first setpoint [18_offboard_quad]."""
+    sender = Sender("quad").airborne()
+    at_once = []
+    for _ in range(5):
+        sender.gcs.set_mode(Mode.LOITER)
+        sender.gcs.fly(3.02)  # each time a step later between two checks
+        sender.gcs.send(sender.message)
+        at_once += sender.gcs.set_mode(Mode.OFFBOARD)
+        sender.gcs.fly(0.1)
+        assert sender.gcs.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+    assert at_once.count(Result.TEMPORARILY_REJECTED) >= 3
 
 
 # loss -------------------------------------------------------------------------------------------------------
@@ -205,7 +220,7 @@ def test_a_stream_that_comes_back_takes_the_vehicle_back_by_itself(action: int) 
     sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
     sender.gcs.fly(8.0)
     assert sender.mode is not Mode.OFFBOARD
-    assert sender.stream(0.1).mode is Mode.OFFBOARD
+    assert sender.stream(0.3).mode is Mode.OFFBOARD, "0.05 to 0.3 s [18]"
     assert sender.stream(1.0).gcs.last("HEARTBEAT").system_status == 4
 
 

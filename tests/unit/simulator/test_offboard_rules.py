@@ -87,6 +87,7 @@ def test_body_velocities_are_turned_by_the_heading(flying: GroundStation) -> Non
     forward = local(frame=8, mask=3527)
     forward.vx = 2.0
     flying.send(forward)
+    flying.fly(0.1)  # until the stream is seen
     flying.set_mode(Mode.OFFBOARD)
     for _ in range(30):
         flying.send(forward)
@@ -100,6 +101,7 @@ def test_acceleration_alone_leans_a_hovering_vehicle_until_the_drag_holds_it(fly
     alone = local(mask=ACCELERATION)
     alone.afx = 2.0
     flying.send(alone)
+    flying.fly(0.1)  # until the stream is seen
     flying.set_mode(Mode.OFFBOARD)
     for _ in range(80):
         flying.send(alone)
@@ -225,6 +227,7 @@ def test_a_height_with_a_velocity_keeps_the_height_and_flies_the_velocity(flying
     message.x = message.y = 0.0
     message.z, message.vx = -8.0, 2.0
     flying.send(message)
+    flying.fly(0.1)  # until the stream is seen
     flying.set_mode(Mode.OFFBOARD)
     for _ in range(100):
         flying.send(message)
@@ -240,6 +243,7 @@ def test_one_axis_by_its_position_and_the_other_by_its_velocity(flying: GroundSt
     message.x, message.vy = 5.0, 2.0
     before_m = body.up_m
     flying.send(message)
+    flying.fly(0.1)  # until the stream is seen
     flying.set_mode(Mode.OFFBOARD)
     for _ in range(200):
         flying.send(message)
