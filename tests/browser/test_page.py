@@ -12,6 +12,7 @@ from playwright.async_api import Browser, Route, ViewportSize, WebSocketRoute, e
 
 from tests.support.accessibility import DESKTOP, PHONE, WALL_DISPLAY, violations
 from tests.support.dashboard import CLINIC_RUN, PATIENCE_MS, Dashboard
+from tests.support.forked_service import ForkedService
 from tests.support.paths import ROOT
 from tests.support.picture import colours
 from tests.support.service_process import ServiceProcess, until
@@ -235,7 +236,7 @@ async def test_the_documentation_page_needs_no_other_host(browser: Browser, idle
 async def test_a_service_with_tokens_asks_for_one_and_then_lets_in(browser: Browser, tmp_path: Path) -> None:
     token = "a-token-of-this-test-alone"
     connection = f"udpin://127.0.0.1:{free_udp_ports(1)}"
-    with ServiceProcess(tmp_path, [connection], WAYDROP_BOOTSTRAP_TOKEN=token) as service:
+    with ForkedService(tmp_path, [connection], WAYDROP_BOOTSTRAP_TOKEN=token) as service:
         dashboard = Dashboard(await browser.new_page(), service.url)
         await dashboard.page.goto(service.url)
         await expect(dashboard.page.get_by_role("dialog")).to_be_visible(timeout=20_000)
@@ -272,7 +273,7 @@ async def test_a_question_mark_lists_the_shortcuts_unless_it_is_typed(idle_page:
 
 
 async def test_an_empty_page_says_the_first_step(browser: Browser, tmp_path: Path) -> None:
-    with ServiceProcess(tmp_path, [f"udpin://127.0.0.1:{free_udp_ports(1)}"]) as service:
+    with ForkedService(tmp_path, [f"udpin://127.0.0.1:{free_udp_ports(1)}"]) as service:
         async with Dashboard.opened(browser, service.url, vehicles=0) as board:
             await expect(board.page.get_by_role("region", name="Fleet")).to_contain_text("waydrop up")
             await board.page.get_by_role("tab", name="Jobs").click()

@@ -15,9 +15,9 @@ import pytest
 
 from app.services.attempts import MOST_FAILURES
 from tests.support.certificates import trusting
+from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS, ROOT
 from tests.support.proxy import Proxy, nginx_before
-from tests.support.service_process import ServiceProcess
 from tests.support.simulated import free_udp_ports
 
 HOST = "waydrop.example"
@@ -29,7 +29,7 @@ async def proxy(tmp_path: Path) -> AsyncIterator[Proxy]:
     (tmp_path / "nginx").mkdir()
     connections = [f"udpin://127.0.0.1:{free_udp_ports(1)}"]
     with (
-        ServiceProcess(tmp_path, connections, **SETTINGS) as service,
+        ForkedService(tmp_path, connections, **SETTINGS) as service,
         nginx_before(service.port, tmp_path / "nginx") as running,
     ):
         yield running

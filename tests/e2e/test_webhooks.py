@@ -8,7 +8,8 @@ import aiohttp
 
 from app.storage import open_storage
 from tests.support.deliveries import DELIVERED, flown
-from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.forked_service import ForkedService
+from tests.support.service_process import Dispatcher
 from tests.support.simulated import free_udp_ports
 from tests.support.stored_samples import plan
 from tests.support.webhook_receiver import Receiver
@@ -27,7 +28,7 @@ async def test_a_killed_service_delivers_the_rest_and_repeats_at_most_what_it_co
     connections = (f"udpin://127.0.0.1:{free_udp_ports(1)}",)
     async with Receiver().serving() as receiver:
         receiver.plan.extend([200] * 6 + ["hang"])
-        with ServiceProcess(tmp_path, connections) as service:
+        with ForkedService(tmp_path, connections) as service:
             dispatcher = Dispatcher(http, service.url)
             made = await dispatcher.post("/webhooks", {"url": receiver.url, "after": 0}, expect=201)
             await receiver.until(lambda: len(receiver.requests) == 7)

@@ -10,6 +10,7 @@ import aiohttp
 
 from tests.support.cluster_process import Cluster
 from tests.support.cluster_runs import FLIGHT_S, until_run
+from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS
 from tests.support.scheduled_jobs import IN_YEARS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
@@ -206,7 +207,7 @@ async def test_a_second_gateway_of_a_site_begins_nothing_and_nodes_command_the_f
     await node.until_vehicles(2, within_s=SOON_S)
     with (
         SimulatedFleet("quad") as fleet,
-        ServiceProcess(
+        ForkedService(
             tmp_path / "second", fleet.connections, part="gateway", WAYDROP_SITE="south", **cluster.environment
         ) as process,
     ):
