@@ -36,6 +36,17 @@ async def exchange(port: int, request: bytes, *, timeout_s: float = 15.0) -> byt
     return answer
 
 
+async def head_of(port: int, request: bytes, *, timeout_s: float = 15.0) -> bytes:
+    """Send bytes, and read the head of the answer. A server that refuses a body waits long for its end."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    try:
+        writer.write(request)
+        async with asyncio.timeout(timeout_s):
+            return await reader.readuntil(b"\r\n\r\n")
+    finally:
+        writer.close()
+
+
 def status_of(answer: bytes) -> int:
     """The status of the first answer in some bytes."""
     line = answer.partition(b"\r\n")[0].split(b" ")
