@@ -99,7 +99,7 @@ def test_a_step_names_one_schema_for_ever(journal: Path) -> None:
     """
     migrate(journal)
     schema = hashlib.sha256("\n".join(definitions(journal)).encode()).hexdigest()
-    assert (REVISION, schema) == ("journal_4", "a71b473d54594627153eccebbd08e87f6a0cc0845894ed07615c275a99e7a1e1")
+    assert (REVISION, schema) == ("journal_5", "994a76069544ca8d21bcb9f761a3d7b05537d6810532d3f2a6193600106b2c8b")
 
 
 def test_a_journal_of_an_early_journal_3_gets_the_indexes_that_it_lacks(journal: Path) -> None:
@@ -113,6 +113,32 @@ def test_a_journal_of_an_early_journal_3_gets_the_indexes_that_it_lacks(journal:
     with opened(journal) as connection:
         indexes = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'index'")}
     assert (lacking <= indexes, revision(journal)) == (True, REVISION)
+
+
+def test_the_index_of_a_journal_4_is_made_anew(journal: Path) -> None:
+    migrate(journal)
+    sql = "SELECT sql FROM sqlite_schema WHERE name = 'ix_events_offboard'"
+    with opened(journal) as connection, connection:
+        (todays,) = connection.execute(sql).fetchone()
+        connection.execute("DROP INDEX ix_events_offboard")
+        connection.execute(
+            "CREATE INDEX ix_events_offboard ON events (kind, vehicle_id, seq) "
+            "WHERE kind IN ('offboard.lease', 'offboard.changed', 'task.changed')"
+        )
+        connection.execute("UPDATE alembic_version SET version_num = 'journal_4'")
+    migrate(journal)
+    with opened(journal) as connection:
+        assert connection.execute(sql).fetchone() == (todays,)
+    assert revision(journal) == REVISION
+
+
+def test_no_index_fills_a_temporary_table_for_each_event_that_is_stored(journal: Path) -> None:
+    migrate(journal)
+    insertion = "INSERT INTO events VALUES (1, 'run.item', 1, 0.0, NULL, NULL, '{}', '')"
+    with opened(journal) as connection:
+        steps = {row[1] for row in connection.execute(f"EXPLAIN {insertion}")}
+    assert "IdxInsert" in steps
+    assert "OpenEphemeral" not in steps
 
 
 def test_a_journal_that_is_new_or_up_to_date_is_opened_without_alembic(journal: Path) -> None:
