@@ -96,6 +96,23 @@ async def test_a_commit_that_was_broken_off_is_no_damage(killed: Path) -> None:
     assert await newest(killed) == COMMITS - 1
 
 
+@pytest.mark.parametrize("missing_bytes", [0, 1])
+async def test_commits_that_failed_are_no_damage(killed: Path, missing_bytes: int) -> None:
+    """At their fsync, or as the disk was full: each began at the same frame, the shorter leaves the longer's end."""
+    left = b""
+    for events in (1, 40, 100):
+        one = killed.with_name(f"{events}.db")
+        shutil.copy(killed, one)
+        shutil.copy(f"{killed}-wal", f"{one}-wal")
+        with closing(sqlite3.connect(one, isolation_level=None)) as connection:
+            connection.execute("UPDATE gateway SET id = hex(randomblob(?))", (events * PAGE_BYTES,))
+            log = one.with_name(f"{one.name}-wal").read_bytes()
+        assert len(log) > len(left)
+        left += log[len(left) :]
+    killed.with_name("killed.db-wal").write_bytes(left[: len(left) - missing_bytes])
+    assert await newest(killed) == COMMITS
+
+
 async def test_what_an_earlier_log_has_left_behind_this_one_is_no_damage(killed: Path) -> None:
     """SQLite writes a log from its beginning again once all of it is in the file."""
     log, again = killed.with_name("killed.db-wal"), killed.with_name("again.db")
