@@ -16,7 +16,7 @@ LATE_S: Final = 0.2
 _SUSPECT_S: Final = 0.1
 """Without an empty queue for so long the age of each datagram is looked at: the loop may have stood still."""
 _BEHIND_S: Final = 1.0
-"""What waited for a loop that stood still is read sooner. Late ones for longer: more come than can be read."""
+"""Late ones for longer: more come than can be read. What came before waited for a loop that stood still."""
 TURN_S: Final = 0.002
 """The longest that one turn of the loop spends on one socket."""
 _SKIP_S: Final = 0.01
@@ -49,7 +49,8 @@ class DatagramReader:
     """Reads a socket from the event loop until `close`, which closes it too.
 
     `turn_ended` is called when no more is taken in this turn of the loop. With `skip`, late datagrams are skipped while
-    more come than can be read: the queue would stay full of them, and nothing else would ever be taken.
+    more come than can be read: the queue would stay full of them, and nothing else would ever be taken. What is in the
+    queue when the first late one is taken is never skipped. What comes later is, even if the loop stands still again.
     """
 
     def __init__(
@@ -126,7 +127,10 @@ class DatagramReader:
         while time.monotonic() < until_s:
             try:
                 _, stamps, _, address = self._sock.recvmsg(1, 64, socket.MSG_PEEK)
-                if _age_s(stamps) <= LATE_S / 2:  # the next ones must not be late when their turn comes
+                age_s = _age_s(stamps)
+                if age_s <= LATE_S / 2:  # the next ones must not be late when their turn comes
+                    return
+                if time.monotonic() - age_s < self._late_s:  # it came before, and counts however late
                     return
                 self._sock.recv(1)
             except OSError:  # also of an empty queue

@@ -150,27 +150,37 @@ async def test_of_more_than_can_be_read_the_newest_pass(monkeypatch: pytest.Monk
     assert skipped
 
 
-async def test_what_waited_for_a_loop_that_stood_still_is_taken_however_late(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An answer or a report counts then, too: nobody sends it again."""
+@pytest.mark.parametrize(("judged_s", "again_s"), [(0.0005, 0.0), (0.0015, 0.0), (0.0005, 5.0)])
+async def test_what_waited_for_a_loop_that_stood_still_is_taken_however_late(
+    monkeypatch: pytest.MonkeyPatch, judged_s: float, again_s: float
+) -> None:
+    """An answer or a report counts then, too: nobody sends it again. Also if it takes long or the loop stalls again."""
     clock = Clock(monkeypatch)
     begun_s = clock.now_s
     taken: list[bool] = []
     skipped: list[object] = []
-    all_taken = asyncio.get_running_loop().create_future()
+    ended = asyncio.get_running_loop().create_future()
 
     def take(_data: bytes, _address: object, late: bool) -> None:
-        clock.now_s += JUDGED_S / 2
+        clock.now_s += judged_s
         taken.append(late)
-        if len(taken) == 1000:
-            all_taken.set_result(None)
+        if len(taken) == 100:
+            clock.now_s += again_s
+        if len(taken) == 1000 and not ended.done():
+            ended.set_result(None)
+
+    def skip(address: object) -> None:
+        skipped.append(address)
+        if not ended.done():
+            ended.set_result(None)
 
     arrivals = iter([begun_s + number / 1000 for number in range(1000)])
-    reader = DatagramReader(BusySocket(clock, arrivals), take, skip=skipped.append)
+    reader = DatagramReader(BusySocket(clock, arrivals), take, skip=skip)
     clock.now_s += 5.0
-    await all_taken
+    await ended
     reader.close()
-    assert all(taken)
     assert not skipped
+    assert all(taken)
 
 
 class Receiver:
@@ -208,10 +218,12 @@ class Receiver:
 @pytest.mark.parametrize("way", ["a stranger's", "a vehicle's own socket", "udpout"])
 async def test_what_is_skipped_is_told_as_refused(monkeypatch: pytest.MonkeyPatch, way: str) -> None:
     transport: UdpListener | UdpClient
+    unshifted = time.clock_gettime
     with udp_socket(socket.AF_INET) as vehicle:
         vehicle.bind(("127.0.0.1", 0))
         clock = Clock(monkeypatch)
-        clock.now_s = time.time() + 10 * LATE_S  # all that arrives is late
+        late_s = 10 * LATE_S  # all that arrives is
+        monkeypatch.setattr(time, "clock_gettime", lambda clock: unshifted(clock) + late_s)
         receiver = Receiver(clock, vehicle, owns=way != "a stranger's")
         if way == "udpout":
             transport = UdpClient(*vehicle.getsockname(), receiver)
