@@ -19,8 +19,6 @@ _BEHIND_S: Final = 1.0
 """Late ones for longer: more come than can be read. What came before waited for a loop that stood still."""
 TURN_S: Final = 0.002
 """The longest that one turn of the loop spends on one socket."""
-_SKIP_S: Final = 0.01
-"""The same, for a whole queue that is skipped."""
 _LONGEST: Final = 65_535
 _RECEIVE_BUFFER: Final = 1 << 20
 
@@ -100,42 +98,30 @@ class DatagramReader:
 
     def _take_all(self) -> None:
         now_s = time.monotonic()
-        if self._skip is not None and now_s - self._late_s > _BEHIND_S:
-            self._skip_late(self._skip, now_s + _SKIP_S)
-            now_s = time.monotonic()
         until_s, look = now_s + TURN_S, now_s - self._empty_s > _SUSPECT_S
+        skip = self._skip if now_s - self._late_s > _BEHIND_S else None
         while self._pause is None:
             try:
                 if look:
                     data, stamps, _, address = self._sock.recvmsg(_LONGEST, 64)
-                    late = _age_s(stamps) > LATE_S
+                    age_s = _age_s(stamps)
                 else:
                     data, address = self._sock.recvfrom(_LONGEST)
-                    late = False
+                    age_s = 0.0
             except BlockingIOError:
                 self._empty_s, self._late_s = now_s, math.inf
                 return
             except OSError:
                 continue  # a peer does not listen (ICMP); the next call raises it
-            if late:
-                self._late_s = min(self._late_s, now_s)
-            self._take(data, address, late)
+            # half, so that the next ones are not late when their turn comes
+            if skip is not None and age_s > LATE_S / 2 and time.monotonic() - age_s >= self._late_s:
+                skip(address)
+            else:
+                if age_s > LATE_S:
+                    self._late_s = min(self._late_s, now_s)
+                self._take(data, address, age_s > LATE_S)
             if self._sock.fileno() < 0 or time.monotonic() > until_s:
                 return
-
-    def _skip_late(self, skip: Skip, until_s: float) -> None:
-        while time.monotonic() < until_s:
-            try:
-                _, stamps, _, address = self._sock.recvmsg(1, 64, socket.MSG_PEEK)
-                age_s = _age_s(stamps)
-                if age_s <= LATE_S / 2:  # the next ones must not be late when their turn comes
-                    return
-                if time.monotonic() - age_s < self._late_s:  # it came before, and counts however late
-                    return
-                self._sock.recv(1)
-            except OSError:  # also of an empty queue
-                return
-            skip(address)
 
 
 def _age_s(stamps: list[tuple[int, int, bytes]]) -> float:

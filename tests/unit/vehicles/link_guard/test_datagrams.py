@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from app.domain.vehicle.link_security import RefusalKind
-from app.vehicles.link_guard.datagrams import LATE_S, DatagramReader, udp_socket
+from app.vehicles.link_guard.datagrams import LATE_S, TURN_S, DatagramReader, udp_socket
 from app.vehicles.link_guard.options import ConnectionOptions
 from app.vehicles.link_guard.policy import Peer
 from app.vehicles.link_guard.udp import UdpClient, UdpListener
@@ -110,12 +110,9 @@ class BusySocket(socket.socket):
 
     def recvmsg(self, size: int, ancillary: int = 0, flags: int = 0) -> tuple[bytes, list[Any], int, Any]:  # type: ignore[override]
         self._arrive()
-        at_s = self._queue[0] if flags & socket.MSG_PEEK else self._queue.popleft()
+        at_s = self._queue.popleft()
         stamp = struct.pack("@ll", int(at_s), int(at_s % 1 * 1e9))
         return b"frame", [(socket.SOL_SOCKET, 35, stamp)], 0, ("127.0.0.1", 14540)
-
-    def recv(self, size: int, flags: int = 0) -> bytes:
-        return self.recvfrom(size)[0]
 
     def _arrive(self) -> None:
         self._clock.now_s += READ_S
@@ -133,6 +130,7 @@ async def test_of_more_than_can_be_read_the_newest_pass(monkeypatch: pytest.Monk
     begun_s = clock.now_s
     taken: list[bool] = []
     skipped: list[object] = []
+    turns_s = [begun_s]
     ended = asyncio.get_running_loop().create_future()
 
     def take(_data: bytes, _address: object, late: bool) -> None:
@@ -142,12 +140,14 @@ async def test_of_more_than_can_be_read_the_newest_pass(monkeypatch: pytest.Monk
         if clock.now_s - begun_s > 6.0 and not ended.done():
             ended.set_result(None)
 
-    reader = DatagramReader(BusySocket(clock, itertools.count(begun_s, every_s)), take, skip=skipped.append)
+    sock = BusySocket(clock, itertools.count(begun_s, every_s))
+    reader = DatagramReader(sock, take, lambda: turns_s.append(clock.now_s), skipped.append)
     await ended
     reader.close()
     assert taken.count(False) > 0.9 * len(taken)
     assert len(taken) > 1000, "what is skipped must leave time for what is not"
     assert skipped
+    assert max(end - begin for begin, end in itertools.pairwise(turns_s)) < TURN_S + 2 * JUDGED_S
 
 
 @pytest.mark.parametrize(("judged_s", "again_s"), [(0.0005, 0.0), (0.0015, 0.0), (0.0005, 5.0)])
