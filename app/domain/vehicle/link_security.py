@@ -52,7 +52,9 @@ class RefusalKind(StrEnum):
     TEXTS = "texts"
     """Too many STATUSTEXT messages."""
     LATE = "late"
-    """It waited too long in the process, because the event loop was stalled."""
+    """It waited too long: the event loop was stalled, or more came than could be read. The latter are whole datagrams,
+    a stranger's too, that were dropped unread.
+    """
     CONGESTED = "congested"
     """The queue to the vehicle was full: the frame would arrive too late."""
     NOT_ANNOUNCED = "not_announced"
