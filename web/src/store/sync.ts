@@ -6,7 +6,7 @@ import { StreamConnection } from "../api/stream";
 import { readToken, storeToken } from "../api/token";
 import { reportProblem } from "./notices";
 import { principal } from "./principal";
-import { dispatch, journalName, lastSeq, live, receiveFrame, status, vehicles, world } from "./store";
+import { dispatch, journalName, lastSeq, live, receiveFrame, status, world } from "./store";
 
 /** Counts how often a token was asked for: the dialog opens each time, also after somebody closed it. */
 export const tokenAsked = signal(0);
@@ -60,7 +60,7 @@ let reading = false;
 function readVehicles(): void {
   if (reading) return;
   reading = true;
-  const asked = vehicles.peek();
+  const asked = world.peek();
   api
     .vehicles()
     .then((read) => dispatch({ type: "vehicles_read", vehicles: read, asked }))

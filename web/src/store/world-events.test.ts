@@ -38,11 +38,23 @@ describe("events of a vehicle", () => {
     const reason = { code: "vehicle.two_clocks", params: {} } as const;
     const told = worldAfter("vehicle.quarantined", { reason });
     const list = [sampleVehicle({ firmware: "1.19.0" }), sampleVehicle({ id: "v7" })];
-    const late = reduce(told, { type: "vehicles_read", vehicles: list, asked: WORLD.vehicles });
+    const late = reduce(told, { type: "vehicles_read", vehicles: list, asked: WORLD });
     expect(late.vehicles["v1"]).toMatchObject({ quarantined: reason, firmware: "1.19.0" });
     expect(Object.keys(late.vehicles)).toEqual(["v1", "v7"]);
-    const healed = reduce(late, { type: "vehicles_read", vehicles: list, asked: late.vehicles });
+    const healed = reduce(late, { type: "vehicles_read", vehicles: list, asked: late });
     expect(healed.vehicles["v1"]?.quarantined).toBeNull();
+  });
+
+  it("are not lost of a new one to a list that was asked for before them", () => {
+    const v7 = { vehicle_id: "v7" };
+    const reason = { code: "vehicle.two_clocks", params: {}, cause: null } as const;
+    const asked = worldAfter("vehicle.seen", {}, v7);
+    const told = applyEvent(asked, sampleEvent(2, { kind: "vehicle.quarantined", data: { reason }, ...v7 }));
+    const late = reduce(told, { type: "vehicles_read", vehicles: [sampleVehicle({ id: "v7" })], asked });
+    expect(late.listStale).toBe(true);
+    const again = [sampleVehicle({ id: "v7", quarantined: reason })];
+    const read = reduce(late, { type: "vehicles_read", vehicles: again, asked: late });
+    expect([read.listStale, read.vehicles["v7"]?.quarantined]).toEqual([false, reason]);
   });
 
   it("complete what is known of it", () => {

@@ -54,6 +54,8 @@ export interface World {
   readonly holeAfter: number | null;
   /** The stream named a vehicle that is not in the list: the list must be read again. */
   readonly listStale: boolean;
+  /** The last event that told of such a vehicle: a list that was asked for before it may be without it. */
+  readonly unlisted: StreamEvent | null;
 }
 
 export const EMPTY_WORLD: World = {
@@ -71,6 +73,7 @@ export const EMPTY_WORLD: World = {
   resync: false,
   holeAfter: null,
   listStale: false,
+  unlisted: null,
 };
 
 export type Action =
@@ -80,8 +83,8 @@ export type Action =
   | {
       readonly type: "vehicles_read";
       readonly vehicles: readonly Vehicle[];
-      /** Those that were known when it was asked for. */
-      readonly asked?: World["vehicles"];
+      /** What was known when it was asked for. */
+      readonly asked?: Pick<World, "vehicles" | "unlisted">;
     }
   | { readonly type: "run_read"; readonly run: Run }
   | {
@@ -192,9 +195,16 @@ function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
   return { ...world, vehicles, measuredAt: at, recording, serviceAhead_s: time - at / 1000, listStale };
 }
 
-/** An answer may be older than what the stream has told since it was asked for, as of a quarantine. */
-function onVehiclesRead(world: World, { vehicles, asked = world.vehicles }: ActionOf<"vehicles_read">): World {
-  const read = vehicles.map((vehicle) => ({ ...vehicle, ...changes(asked[vehicle.id], world.vehicles[vehicle.id]) }));
+/**
+ * An answer may be older than what the stream has told since it was asked for, as of a quarantine. If that was told of
+ * a vehicle that was not in the list, the list is read again.
+ */
+function onVehiclesRead(world: World, { vehicles, asked = world }: ActionOf<"vehicles_read">): World {
+  if (asked.unlisted !== world.unlisted) return world;
+  const read = vehicles.map((vehicle) => {
+    const { [vehicle.id]: before } = asked.vehicles;
+    return { ...vehicle, ...changes(before, world.vehicles[vehicle.id]) };
+  });
   return { ...world, vehicles: indexById(read), listStale: false };
 }
 
@@ -300,8 +310,8 @@ const APPLY: { readonly [K in EventKind]?: Apply<K> } = {
   "vehicle.link_restored": (world, event) => withState(world, event, { connected: true }),
   "vehicle.changed": (world, event) => withState(world, event, event.data),
   "vehicle.link_security": (world, event) => withState(world, event, { link_security: event.data.security }),
-  "vehicle.quarantined": (world, event) => withVehicle(world, event, () => ({ quarantined: event.data.reason })),
-  "vehicle.quarantine_ended": (world, event) => withVehicle(world, event, () => ({ quarantined: null })),
+  "vehicle.quarantined": (world, event) => withListed(world, event, () => ({ quarantined: event.data.reason })),
+  "vehicle.quarantine_ended": (world, event) => withListed(world, event, () => ({ quarantined: null })),
   "run.created": onRun,
   "run.changed": onRun,
   "run.continued": onRun,
@@ -317,11 +327,9 @@ export function applyEvent(world: World, event: StreamEvent): World {
   return (APPLY[event.kind] as Apply<EventKind> | undefined)?.(world, event as never) ?? world;
 }
 
-/** `vehicle.seen` carries who it is and not its state: a new one is read from the list. */
 function onSeen(world: World, event: EventOf<"vehicle.seen">): World {
-  if (event.vehicle_id === null || !(event.vehicle_id in world.vehicles)) return { ...world, listStale: true };
   const { vehicle_type, firmware, uid } = event.data;
-  return withVehicle(world, event, (known) => ({
+  return withListed(world, event, (known) => ({
     vehicle_type: vehicle_type ?? known.vehicle_type,
     firmware: firmware ?? known.firmware,
     uid: uid ?? known.uid,
@@ -366,6 +374,12 @@ function changeRun(world: World, event: StreamEvent, change: (run: Run) => Parti
   const run = event.run_id === null ? undefined : world.runs[event.run_id];
   if (!run) return world;
   return withRun(world, { ...run, ...change(run) });
+}
+
+/** What telemetry does not tell. Events carry no vehicle's state: a new one is read from the list, with all of this. */
+function withListed(world: World, event: StreamEvent, change: (known: Vehicle) => Partial<Vehicle>): World {
+  const isListed = event.vehicle_id !== null && event.vehicle_id in world.vehicles;
+  return isListed ? withVehicle(world, event, change) : { ...world, listStale: true, unlisted: event };
 }
 
 function withVehicle(world: World, event: StreamEvent, change: (known: Vehicle) => Partial<Vehicle>): World {
