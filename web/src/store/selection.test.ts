@@ -1,5 +1,7 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
+import type { Run } from "../api/types";
 import { sampleRun, sampleVehicle } from "../testing/samples";
+import { MOST_ENDED } from "./world";
 
 vi.stubGlobal("requestAnimationFrame", (draw: () => void) => draw());
 const { dispatch, receiveFrame } = await import("./store");
@@ -31,6 +33,20 @@ describe("the run that is shown while none is chosen", () => {
     expect(selectedRun.value?.id).toBe("flying");
     dispatch({ type: "run_read", run: sampleRun({ id: "next", created_at: 950, ...fields }) });
     expect(selectedRun.value?.id).toBe("next");
+  });
+
+  it("is none of another vehicle after the page has forgotten that vehicle's runs", async () => {
+    vi.resetModules();
+    const [store, selection] = [await import("./store"), await import("./selection")];
+    const read = (id: string, run: Partial<Run>) => {
+      store.dispatch({ type: "run_read", run: sampleRun({ id, ...run }) });
+      return selection.selectedRun.value;
+    };
+    expect(read("landed", { vehicle_id: "v2", state: "completed" })?.id).toBe("landed");
+    read("flying", { vehicle_id: "v1" });
+    for (let n = 1; n < MOST_ENDED; n++) read(`r${n}`, { vehicle_id: "v3", state: "completed" });
+    expect(selection.selectedRun.value?.id).toBe("landed");
+    expect(read("one more", { vehicle_id: "v3", state: "completed" })).toBeNull();
   });
 
   it("is an open one where there is one", async () => {

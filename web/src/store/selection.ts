@@ -38,9 +38,9 @@ let shownVehicle: string | null = null;
 export const selectedRun = computed(() => {
   if (runId.value !== null) return runs.value[runId.value] ?? null;
   if (vehicleId.value !== null) return runOf(vehicleId.value);
+  if (shownVehicle !== null) return runOf(shownVehicle);
   const newest = newestRuns(runs.value);
-  const kept = shownVehicle === null ? null : runOf(shownVehicle);
-  const run = kept ?? newest.find((one) => !hasRunEnded(one)) ?? newest[0] ?? null;
+  const run = newest.find((one) => !hasRunEnded(one)) ?? newest[0] ?? null;
   shownVehicle = run?.vehicle_id ?? null;
   return run;
 });

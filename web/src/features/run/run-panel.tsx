@@ -100,7 +100,7 @@ function NoRun({ children }: { children: ComponentChildren }) {
   return (
     <div class="panel-body empty-panel">
       <Icon name="run" size={40} />
-      <h3>{vehicleId.value === null ? "No run yet" : `No run of ${vehicleId.value} yet`}</h3>
+      <h3>{vehicleId.value === null ? "No run" : `No run of ${vehicleId.value}`}</h3>
       <p>A run is one flight of one plan. Open a plan, select a vehicle and upload it.</p>
       <button type="button" class={canStartTogether.value ? "small" : "primary"} onClick={() => showPanel("plan")}>
         Open a plan
