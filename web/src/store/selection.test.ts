@@ -5,7 +5,7 @@ import { MOST_ENDED } from "./world";
 
 vi.stubGlobal("requestAnimationFrame", (draw: () => void) => draw());
 const { dispatch, receiveFrame } = await import("./store");
-const { chooseNoRun, selectedRun, selectVehicle, vehicleId } = await import("./selection");
+const { chooseNoRun, selectedRun, selectRun, selectVehicle, vehicleId } = await import("./selection");
 
 describe("the run that is shown while none is chosen", () => {
   beforeEach(() => {
@@ -33,6 +33,15 @@ describe("the run that is shown while none is chosen", () => {
     expect(selectedRun.value?.id).toBe("flying");
     dispatch({ type: "run_read", run: sampleRun({ id: "next", created_at: 950, ...fields }) });
     expect(selectedRun.value?.id).toBe("next");
+  });
+
+  it("is the newest one again when the operator asks for it in the place of an unknown run", () => {
+    expect(selectedRun.value?.id).toBe("flying");
+    dispatch({ type: "run_read", run: sampleRun({ id: "newer", vehicle_id: "v1", created_at: 950 }) });
+    selectRun("unknown");
+    expect(selectedRun.value).toBeNull();
+    chooseNoRun();
+    expect(selectedRun.value?.id).toBe("newer");
   });
 
   it("is none of another vehicle after the page has forgotten that vehicle's runs", async () => {

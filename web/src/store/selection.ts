@@ -65,8 +65,9 @@ export function selectRun(id: string): void {
   });
 }
 
-/** The open run of the chosen vehicle is shown then, else its newest one. */
+/** The open run of the chosen vehicle is shown then, else its newest one; without one, those of all vehicles count. */
 export function chooseNoRun(): void {
+  shownVehicle = null;
   runId.value = null;
   itemId.value = null;
 }

@@ -1,6 +1,6 @@
 import { toSentences } from "../../format/text";
 import { readRun, unknownRunProblem } from "../../store/chosen-run";
-import { chooseNoRun } from "../../store/selection";
+import { chooseNoRun, vehicleId } from "../../store/selection";
 import { live } from "../../store/store";
 import { Icon } from "../../ui/icons";
 
@@ -25,7 +25,7 @@ export function UnknownRun({ id }: { id: string }) {
       )}
       {problem !== null && (
         <button type="button" class="small" onClick={chooseNoRun}>
-          Show the newest run
+          Show the newest run{vehicleId.value !== null && ` of ${vehicleId.value}`}
         </button>
       )}
     </div>
