@@ -13,8 +13,9 @@ const api = {
 };
 vi.doMock("../../api/client", () => ({ api }));
 const { now } = await import("../../store/clock");
-const { receiveFrame, runs, status } = await import("../../store/store");
+const { dispatch, receiveFrame, runs, status } = await import("../../store/store");
 const { panel, runId, selectVehicle, showPanel, vehicleId } = await import("../../store/selection");
+const { canStartTogether, commonStart, flightsOf } = await import("../run/open-runs");
 const { openDraft } = await import("./draft-text");
 const { planCheck, uploadDraft, watchDraft } = await import("./draft");
 
@@ -73,5 +74,15 @@ describe("an upload", () => {
       selectVehicle("v2");
     });
     expect(shown).toEqual(["v2", null, "offboard"]);
+  });
+
+  it("is included in a common start, as none is that was prepared elsewhere", async () => {
+    await upload(() => undefined);
+    for (const [id, vehicle_id] of [
+      ["r1", "v1"],
+      ["r2", "v2"],
+    ] as const)
+      dispatch({ type: "run_read", run: sampleRun({ id, vehicle_id, state: "uploaded", updated_at: 999 }) });
+    expect([canStartTogether.value, flightsOf(commonStart.value)]).toEqual([true, "1 flight: v1"]);
   });
 });

@@ -9,6 +9,7 @@ import { commandVehicle, reportProblem } from "../../store/notices";
 import { cachePlan, loadStoredPlans } from "../../store/plans";
 import { attention, selectRun, vehicleId } from "../../store/selection";
 import { dispatch, feed, live, world } from "../../store/store";
+import { include } from "../run/open-runs";
 import { omitNulls } from "./document";
 import { draftPlan, draftText, markDraftSaved, openDraft, planText } from "./draft-text";
 import { wind } from "./wind";
@@ -139,6 +140,7 @@ export async function uploadDraft(vehicle: string): Promise<void> {
     const run = await api.createRun(await ensureStored(plan), vehicle, false, air);
     dispatch({ type: "run_read", run });
     uploadedRun.value = run.id;
+    include(run.id, true);
     if (isWatched()) selectRun(run.id);
   });
   sendingPlan.value = false;

@@ -5,7 +5,7 @@ import { sampleRun } from "../../testing/samples";
 vi.stubGlobal("requestAnimationFrame", (draw: () => void) => draw());
 const { receiveFrame } = await import("../../store/store");
 const { selectRun } = await import("../../store/selection");
-const { commonStart, flightsOf, include, listedRuns, offerCommonStart } = await import("./open-runs");
+const { commonStart, flightsOf, include, listedRuns } = await import("./open-runs");
 
 function show(...runs: Run[]): string[] {
   receiveFrame({ type: "snapshot", seq: 0, vehicles: [], runs });
@@ -22,15 +22,18 @@ it("open runs are listed whenever one of them is not shown", () => {
   expect(show(ended, other)).toEqual(["r2"]);
 });
 
-it("the common start includes what was listed and left checked, whatever the operator looks at meanwhile", () => {
+it("the common start includes what was included and left checked, whatever the operator looks at meanwhile", () => {
   const ready = [5, 6, 7, 8].map((n) => sampleRun({ id: `r${n}`, vehicle_id: `v${n}`, state: "uploaded" }));
   const listed = (...runs: typeof ready) => {
     show(...runs);
-    offerCommonStart();
     return flightsOf(commonStart.value);
   };
   const [r5, r6, r7, r8] = ready as [Run, Run, Run, Run];
   expect(listed(r6)).toBe("0 flights");
+  include("r6", true);
+  expect(listed(r6)).toBe("1 flight: v6");
+  expect(listed(r6, r7)).toBe("1 flight: v6"); // the second is not included by itself either
+  include("r7", true);
   expect(listed(r6, r7)).toBe("2 flights: v6, v7");
   include("r6", false);
   expect(listed(r6, r7)).toBe("1 flight: v7");

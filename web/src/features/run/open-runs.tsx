@@ -1,4 +1,4 @@
-import { computed, signal, useSignalEffect } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import type { Run } from "../../api/types";
 import { runStateLabel, runStateTone } from "../../format/labels";
@@ -27,17 +27,12 @@ const readyRuns = computed(() => openRuns.value.filter(({ state }) => state === 
 /** Several runs can be started together: that is the next thing to do. */
 export const canStartTogether = computed(() => readyRuns.value.length > 1);
 
-/** By run, whether the common start includes it: as the operator left it, who may look at something else meanwhile. */
+/**
+ * By run, whether the common start includes it: what was uploaded from this page, and what the operator checks. One that
+ * was prepared elsewhere is not included by itself. It stays so while the operator looks at something else.
+ */
 const included = signal<Readonly<Record<string, boolean>>>({});
 export const commonStart = computed(() => readyRuns.value.filter(({ id }) => included.value[id]));
-
-/** Runs that are listed together are included. One that joins them, perhaps prepared by somebody else, is not. */
-export function offerCommonStart(): void {
-  if (!canStartTogether.value) return;
-  const before = included.peek();
-  const areAllNew = readyRuns.value.every(({ id }) => !(id in before));
-  included.value = { ...Object.fromEntries(readyRuns.value.map(({ id }) => [id, areAllNew])), ...before };
-}
 
 export function include(run: string, isIncluded: boolean): void {
   included.value = { ...included.value, [run]: isIncluded };
@@ -45,7 +40,6 @@ export function include(run: string, isIncluded: boolean): void {
 
 /** All runs that are prepared or under way, one below the other; those that are ready can be started together. */
 export function OpenRuns() {
-  useSignalEffect(offerCommonStart);
   if (listedRuns.value.length === 0) return null;
   const chosen = commonStart.value;
   return (
