@@ -57,14 +57,14 @@ async def test_a_lost_connection_is_read_aloud_once_and_not_with_each_second(idl
     assert not re.search(r"\d", heard)
 
 
-async def test_while_events_are_not_stored_the_header_says_what_is_not_current(idle_page: Dashboard) -> None:
+async def test_while_events_are_not_stored_the_header_says_what_may_not_be_current(idle_page: Dashboard) -> None:
     def full_disk(socket: WebSocketRoute) -> None:
         service = socket.connect_to_server()
         service.on_message(lambda frame: socket.send(str(frame).replace('"recording":true', '"recording":false')))
 
     await idle_page.page.route_web_socket("**/api/v1/stream*", full_disk)
     await idle_page.page.reload()
-    await expect(idle_page.page.locator(".connection")).to_contain_text("Runs, drops and jobs are not current")
+    await expect(idle_page.page.locator(".connection")).to_contain_text("Runs, drops and jobs may not be current")
     assert await violations(idle_page.page, "events that are not stored") == []
 
 

@@ -52,8 +52,9 @@ class EventFrame(BaseModel):
 class TelemetryFrame(BaseModel):
     """The newest state of vehicles, by ID. A slow client receives fewer of these, but never outdated ones.
 
-    `recording`: whether events can be stored. If not, runs, drops and jobs are as they were before: what changed since
-    comes once it is stored.
+    `recording`: false after a write of events failed, until the next one succeeds. Runs, drops and jobs may then be as
+    they were before: what changed since comes once it is stored. An API node of a cluster says whether it can read the
+    cluster's store, and nothing of the gateways' own disks.
     """
 
     type: Literal["telemetry"] = "telemetry"

@@ -36,7 +36,9 @@ class EventReader(Protocol):
 
     @property
     def healthy(self) -> bool:
-        """Whether events can be stored: if not, nothing may be started that must be recorded."""
+        """Whether the last write succeeded, or, of a cluster's events, their last read: if not, nothing may be started
+        that must be recorded.
+        """
 
     async def read(self, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with position > after, in order, at most `limit`. Raises StorageError."""

@@ -116,7 +116,7 @@ function ConnectionState() {
 }
 
 const NOT_RECORDED =
-  "The service cannot store events. What happens to runs, drops and jobs is shown once it is stored. Vehicles are current.";
+  "The service could not store or read the last events. What happened to runs, drops and jobs is shown once it can. Vehicles are current.";
 
 /** What of that which is shown is not current, though the stream is open. */
 function LiveState({ old }: { old: number | null }) {
@@ -132,7 +132,7 @@ function LiveState({ old }: { old: number | null }) {
       ) : recording ? (
         "Live"
       ) : (
-        <span title={NOT_RECORDED}>Runs, drops and jobs are not current</span>
+        <span title={NOT_RECORDED}>Runs, drops and jobs may not be current</span>
       )}
       {gateway !== null && <small title="Id of this service in events and clusters">{gateway}</small>}
     </p>

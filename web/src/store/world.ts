@@ -44,7 +44,7 @@ export interface World {
   readonly feed: readonly StreamEvent[];
   /** The page's own clock (ms) when the vehicles' states were last measured; null before. */
   readonly measuredAt: number | null;
-  /** Whether the service stores events: if not, runs, drops and jobs are as they were before, whatever happens. */
+  /** False after the service failed to store events, until it can: runs, drops and jobs may be as they were before. */
   readonly recording: boolean;
   /** The service's Unix time less the page's own clock, both in seconds; null before the first hello. */
   readonly serviceAhead_s: number | null;
