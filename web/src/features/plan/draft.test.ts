@@ -15,7 +15,7 @@ vi.doMock("../../api/client", () => ({ api }));
 const { now } = await import("../../store/clock");
 const { dispatch, receiveFrame, runs, status } = await import("../../store/store");
 const { panel, runId, selectVehicle, showPanel, vehicleId } = await import("../../store/selection");
-const { canStartTogether, commonStart, flightsOf } = await import("../run/open-runs");
+const { canStartTogether, commonStart } = await import("../../store/common-start");
 const { openDraft } = await import("./draft-text");
 const { planCheck, uploadDraft, watchDraft } = await import("./draft");
 
@@ -83,6 +83,6 @@ describe("an upload", () => {
       ["r2", "v2"],
     ] as const)
       dispatch({ type: "run_read", run: sampleRun({ id, vehicle_id, state: "uploaded", updated_at: 999 }) });
-    expect([canStartTogether.value, flightsOf(commonStart.value)]).toEqual([true, "1 flight: v1"]);
+    expect([canStartTogether.value, commonStart.value.map(({ id }) => id)]).toEqual([true, ["r1"]]);
   });
 });

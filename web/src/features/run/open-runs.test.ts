@@ -5,7 +5,8 @@ import { sampleRun } from "../../testing/samples";
 vi.stubGlobal("requestAnimationFrame", (draw: () => void) => draw());
 const { receiveFrame } = await import("../../store/store");
 const { selectRun } = await import("../../store/selection");
-const { commonStart, flightsOf, include, listedRuns } = await import("./open-runs");
+const { commonStart, include, listedRuns } = await import("../../store/common-start");
+const { flightsOf } = await import("./open-runs");
 
 function show(...runs: Run[]): string[] {
   receiveFrame({ type: "snapshot", seq: 0, vehicles: [], runs });

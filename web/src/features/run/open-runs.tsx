@@ -1,42 +1,15 @@
-import { computed, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import type { Run } from "../../api/types";
 import { runStateLabel, runStateTone } from "../../format/labels";
 import { countOf } from "../../format/text";
+import { canStartTogether, commonStart, include, listedRuns } from "../../store/common-start";
 import { commandVehicle } from "../../store/notices";
 import { planName } from "../../store/plans";
-import { hasRunEnded, newestRuns } from "../../store/runs";
 import { selectedRun, selectRun } from "../../store/selection";
-import { dispatch, live, runs } from "../../store/store";
+import { dispatch, live } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
 import { mayAct } from "./run-actions";
-
-/** The oldest first: a run keeps its place while others come and go. */
-const openRuns = computed(() =>
-  newestRuns(runs.value)
-    .filter((run) => !hasRunEnded(run))
-    .reverse(),
-);
-/** All of them, if the panel does not show the only one. */
-export const listedRuns = computed(() =>
-  openRuns.value.some(({ id }) => id !== selectedRun.value?.id) ? openRuns.value : [],
-);
-const readyRuns = computed(() => openRuns.value.filter(({ state }) => state === "uploaded"));
-
-/** Several runs can be started together: that is the next thing to do. */
-export const canStartTogether = computed(() => readyRuns.value.length > 1);
-
-/**
- * By run, whether the common start includes it: what was uploaded from this page, and what the operator checks. One that
- * was prepared elsewhere is not included by itself. It stays so while the operator looks at something else.
- */
-const included = signal<Readonly<Record<string, boolean>>>({});
-export const commonStart = computed(() => readyRuns.value.filter(({ id }) => included.value[id]));
-
-export function include(run: string, isIncluded: boolean): void {
-  included.value = { ...included.value, [run]: isIncluded };
-}
 
 /** All runs that are prepared or under way, one below the other; those that are ready can be started together. */
 export function OpenRuns() {
