@@ -11,6 +11,7 @@ from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
     PlanRejectedError,
+    StorageError,
     UploadRefusedError,
     VehicleRefusedError,
     WaydropError,
@@ -220,7 +221,7 @@ class MissionChanger:
         if attached is not None:
             self._recorder.attach_answer(attached)
         try:
-            await self._recorder.flush()
+            await self._store_announced(attached)
             await refuse_fast_clock(self._link, pending.mission, self._clock)
             self._refuse_broken_off(orders)
             fit()
@@ -230,6 +231,14 @@ class MissionChanger:
         except asyncio.CancelledError:
             self._withdraw(pending, "it was aborted", attached)
             raise
+
+    async def _store_announced(self, answer: StoredAnswer | None) -> None:
+        """Raises StorageError: the answer is not stored, and will not be once it is detached, with no await between."""
+        try:
+            await self._recorder.flush()
+        except StorageError:
+            if answer is None or not await self._recorder.has_stored(answer):
+                raise
 
     def _refuse_unfit(self) -> None:
         self._terms().refuse_unfit()

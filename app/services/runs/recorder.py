@@ -186,6 +186,11 @@ class RunRecorder:
         """The request was refused after all: if its answer still waits, it is not stored."""
         self._answers = [one for one in self._answers if one is not answer]
 
+    async def has_stored(self, answer: StoredAnswer) -> bool:
+        """Whether this attached answer is stored. A flush that is under way in another task may store it, too."""
+        async with self._storing:
+            return all(one is not answer for one in self._answers)
+
     async def flush(self, continues: Run | None = None, answer: StoredAnswer | None = None) -> Run:
         """Store what waits. Raises StorageError; then everything waits on.
 

@@ -12,7 +12,7 @@ from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunChanged, RunCommand, RunCommandName, RunDrop
 from app.domain.plan import parse_plan
-from app.domain.ports.stores import StoredPlan
+from app.domain.ports.stores import StoredAnswer, StoredPlan
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleType
 from app.services.journal import Journal
@@ -116,3 +116,29 @@ async def test_a_plan_that_is_taken_back_is_not_stored_later() -> None:
     await recorder.flush()
     await journal.close()
     assert list(events.plans) == ["p-3"]
+
+
+@pytest.mark.parametrize("is_full", [False, True])
+async def test_whether_an_answer_is_stored_is_told_once_no_flush_is_under_way(is_full: bool) -> None:
+    """The disk may have space again: a request that was refused meanwhile would be answered as accepted later."""
+    events, clock = MemoryEventStore(), ManualClock()
+    journal = Journal(events, clock)
+    await journal.start()
+    recorder = RunRecorder(RUN, journal, clock)
+    answer = StoredAnswer("key", "hash", 202, {}, b"{}")
+    recorder.update(*changed(reason=some("before")))
+    recorder.attach_answer(answer)
+    events.refuse = lambda _event: StorageError("disk full")
+    with pytest.raises(StorageError):
+        await recorder.flush()
+    events.pause()
+    others = asyncio.create_task(recorder.flush_or_wait())
+    await asyncio.sleep(0)
+    asked = asyncio.create_task(recorder.has_stored(answer))
+    if not is_full:
+        events.refuse = lambda _event: None
+    events.open.set()
+    assert await asked is not is_full
+    assert (events.answers == [answer]) is not is_full
+    await others
+    await journal.close()
