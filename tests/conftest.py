@@ -15,26 +15,32 @@ from xdist.workermanage import WorkerController
 settings.register_profile("waydrop", deadline=None)
 settings.load_profile("waydrop")
 
-TOGETHER = ("tests/browser", "tests/e2e/cluster")
+TOGETHER = ("tests/browser/flying", "tests/browser", "tests/e2e/cluster")
 """Folders whose tests share what is slow to start, a browser or a cluster: one worker has all of each."""
 
 CROWDS = ("tests/e2e/test_drop_failures.py", "tests/e2e/test_every_plan.py")
 """A dozen vehicles fly in each: one crowd at a time."""
 
-SLOW = ("tests/browser", "tests/e2e", "tests/contract")
-"""Folders whose tests mostly wait, for flights and links."""
+LONG = {
+    "tests/browser": 0.7,
+    "tests/e2e/cluster": 0.5,
+    "tests/e2e/test_takeover.py": 0.5,
+    CROWDS[0]: 0.6,
+}
+"""Minutes of tests for one worker: not begun last."""
 
-SLOW_AT_ONCE = 2
-"""With four at a time and five workers, browsers and vehicles took all of two cores, and tests waited in vain. The
-third worker has the quick ones, which use what the others leave.
-"""
+CORES = {**LONG, "tests/e2e": 0.2, "tests/contract": 0.2, "tests/api": 0.5}
+"""How much of a core tests take, with all processes: they wait for flights and links. All others compute."""
+
+CORES_IN_USE = 2.0
+"""When browsers and vehicles took all of two cores, and computing tests more, others waited in vain."""
 
 
 DIED: list[str] = []
 
 
-class SlowBesideQuick(LoadFileScheduling):
-    """One worker has all tests of a file, or of a folder of TOGETHER. Slow ones come first, some of them at a time."""
+class WaitingBesideComputing(LoadFileScheduling):
+    """One worker has all tests of a file, or of a folder of TOGETHER. Those that fill the cores go together."""
 
     def _split_scope(self, nodeid: str) -> str:
         path = nodeid.partition("::")[0]
@@ -44,16 +50,17 @@ class SlowBesideQuick(LoadFileScheduling):
 
     def _assign_work_unit(self, node: WorkerController) -> None:
         others = [units for other, units in self.assigned_work.items() if other is not node]
-        if sum(any(map(self._is_slow_and_open, units.items())) for units in others) >= SLOW_AT_ONCE:
-            quick = next((scope for scope in self.workqueue if not is_slow(scope)), None)
-            if quick is not None:
-                self.workqueue.move_to_end(quick, last=False)
+        idle = CORES_IN_USE - sum(max(map(self._cores_in_use, units.items()), default=0.0) for units in others)
+        fitting = [scope for scope in self.workqueue if cores(scope) <= idle]
+        long = next((scope for scope in fitting if scope.startswith(tuple(LONG))), None)
+        chosen = long or max(fitting, key=cores, default=None) or min(self.workqueue, key=cores)
+        self.workqueue.move_to_end(chosen, last=False)
         super()._assign_work_unit(node)
 
     @staticmethod
-    def _is_slow_and_open(unit: tuple[str, dict[str, bool]]) -> bool:
+    def _cores_in_use(unit: tuple[str, dict[str, bool]]) -> float:
         scope, is_done = unit
-        return is_slow(scope) and not all(is_done.values())
+        return 0.0 if all(is_done.values()) else cores(scope)
 
 
 gc.disable()  # until all is collected: thousands of tests, and what they import, stay until the end
@@ -78,15 +85,21 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         session.exitstatus = pytest.ExitCode.INTERNAL_ERROR
 
 
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> SlowBesideQuick:
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> WaitingBesideComputing:
     """Called by pytest-xdist when it runs with several workers."""
-    return SlowBesideQuick(config, log)
+    return WaitingBesideComputing(config, log)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What takes longest is not begun last: the folders that stay together, then other flights, then all else."""
-    items.sort(key=lambda item: (not item.nodeid.startswith(TOGETHER), not is_slow(item.nodeid)))
+    items.sort(key=lambda item: _place(item.nodeid))
 
 
-def is_slow(path: str) -> bool:
-    return path.startswith(SLOW)
+def _place(path: str) -> int:
+    """In the order of CORES."""
+    return next((number for number, start in enumerate(CORES) if path.startswith(start)), len(CORES))
+
+
+def cores(path: str) -> float:
+    """Of the whole machine, while the tests of a file or folder run."""
+    return next((share for start, share in CORES.items() if path.startswith(start)), 1.0)
