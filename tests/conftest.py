@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import signal
 from typing import Any
 
 import pytest
@@ -35,6 +36,9 @@ CORES = {**LONG, "tests/e2e": 0.2, "tests/contract": 0.2, "tests/api": 0.5}
 CORES_IN_USE = 2.0
 """When browsers and vehicles took all of two cores, and computing tests more, others waited in vain."""
 
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background: all that the tests start would ignore it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 DIED: list[str] = []
 
